@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.support.fleet import LIMITS, action, instant, order_json
-from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
-from woosh_pure.fleet.messages.schema import Invalid
+from woosh_pure.fleet.messages.parsing import Invalid, read_instant_actions, read_order
 from woosh_pure.fleet.order import events, first_state, read_state, step
 from woosh_pure.fleet.order.errors import Level, Problem
 from woosh_pure.fleet.order.tables import ActionStatus
@@ -46,7 +45,9 @@ class ReplayedMachine:
         if name == "restart":
             self.state = read_state(json.loads(json.dumps(self.state.to_json())), LIMITS)
         self.state, effects = step(self.state, EVENTS_OF[name](*given))
-        self.asked = [words(effect) for effect in effects]
+        self.asked = [words(effect, stops=True) for effect in effects.stops]
+        self.asked += [["SaveState"]] * effects.saves + [["PublishState"]] * effects.publishes
+        self.asked += [words(effect, stops=False) for effect in effects.begins]
 
     def shown(self) -> dict[str, Any]:
         state = self.state
@@ -89,13 +90,15 @@ EVENTS_OF: dict[str, Callable[..., events.Event]] = {
 }
 
 
-def words(effect: Any) -> list[Any]:
-    """An effect, as plain values."""
+def words(effect: Any, *, stops: bool) -> list[Any]:
+    """An effect, as plain values; of the end of an action, whether it stops it."""
     name = type(effect).__name__
     if name == "Drive":
         return [name, effect.token, effect.node.id, "" if effect.edge is None else effect.edge.id]
     if name == "BeginAction":
         return [name, effect.action.id]
+    if name == "EndAction":
+        return [name, effect.action_id, stops]
     return [name, *(getattr(effect, each) for each in effect.__slots__)]
 
 

@@ -6,8 +6,7 @@ Needs the extra `fleet`.
 from __future__ import annotations
 
 from woosh_pure.fleet.action_handlers.running_action import Task
-from woosh_pure.fleet.broker_address import Broker
-from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config
+from woosh_pure.fleet.config import Broker, FleetConfig, VehicleConfig, load_config
 from woosh_pure.fleet.state_file import Store
 from woosh_pure.fleet.vehicle import Vehicle
 

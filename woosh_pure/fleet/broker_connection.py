@@ -38,9 +38,10 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.logs import get_logger
+from rosproto.sentence import say
 from rosproto.transport import Backoff
-from woosh_pure.fleet.broker_address import Broker, load_certificates, tls_context
-from woosh_pure.fleet.messages.schema import MOST_BYTES
+from woosh_pure.fleet.config import Broker
+from woosh_pure.fleet.messages.parsing import MOST_BYTES
 
 _log = get_logger("woosh_pure.fleet.broker_connection")
 MOST_WAITING = 200
@@ -99,7 +100,6 @@ class BrokerConnection:
         self.broker, self.prefix = broker, prefix
         self._connection, self._received, self._changed = connection, received, changed
         self._last_warning = ""  # each warning is logged once
-        self.retained = 0
         self.dropped = 0
         self.connected = threading.Event()
         self._closing = False
@@ -322,7 +322,6 @@ class BrokerConnection:
         if not message.payload:
             return  # a retained message was cleared
         if message.retain:
-            self.retained += 1
             _log.warning("! %s: a retained message on %s is not obeyed; clear it", self.prefix, topic)
             return
         self._received(topic, message.payload)
@@ -359,3 +358,37 @@ def _subscribe_options(client: Any, module: Any) -> Any:
     from paho.mqtt.subscribeoptions import SubscribeOptions
 
     return SubscribeOptions(qos=0, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
+
+
+# -- certificates --------------------------------------------------------------------------------------------
+
+
+def load_certificates(context: ssl.SSLContext, broker: Broker) -> None:
+    """Load the certificate files.
+
+    Raises:
+        OSError: A file cannot be read.
+        ValueError: A file is not a certificate, or the key does not match.
+    """
+    for name in (broker.ca_file, broker.cert_file, broker.key_file):
+        if name:
+            os.stat(name)  # its error names the file; that of the context does not
+    try:
+        if broker.ca_file is not None:
+            context.load_verify_locations(broker.ca_file)
+        if broker.cert_file is not None:
+            context.load_cert_chain(broker.cert_file, broker.key_file)
+    except ssl.SSLError as error:
+        files = ", ".join(name for name in (broker.ca_file, broker.cert_file, broker.key_file) if name)
+        raise ValueError(
+            say("the certificates in {files} cannot be used: {error}", files=files, error=error)
+        ) from error
+
+
+def tls_context(broker: Broker) -> ssl.SSLContext:
+    """A TLS context with the certificates of the broker, or of the system; raises as `load_certificates`."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    if broker.ca_file is None:
+        context.load_default_certs()
+    load_certificates(context, broker)
+    return context

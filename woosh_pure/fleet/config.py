@@ -1,4 +1,4 @@
-"""`VehicleConfig` and `FleetConfig`: the configuration of `woosh vda5050`, and reading it from a
+"""`VehicleConfig`, `Broker` and `FleetConfig`: the configuration of `woosh vda5050`, and reading it from a
 fleet.toml."""
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from rosproto.files import read_text
 from rosproto.sentence import say
-from woosh_pure.fleet.broker_address import Broker
 from woosh_pure.geometry import Footprint
 
 VERSIONS = ("2.0.0", "2.1.0")
@@ -149,6 +149,64 @@ class VehicleConfig:
     def prefix(self) -> str:
         """The levels before the topic: "uagv/v2/Woosh/A-17"."""
         return f"{self.interface}/v2/{self.manufacturer}/{self.serial}"
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Broker:
+    """Address and credentials of the broker.
+
+    Attributes:
+        url: mqtt://host:port, or mqtts:// for TLS; without user and password.
+        user, password: None if the broker needs none.
+        ca_file, cert_file, key_file: For TLS; None uses the system's authorities and no client certificate.
+    """
+
+    url: str
+    user: str | None = None
+    password: str | None = None
+    ca_file: str | None = None
+    cert_file: str | None = None
+    key_file: str | None = None
+
+    def __post_init__(self) -> None:
+        expected = f"broker {_without_secrets(self.url)}: expected mqtt://HOST:PORT or mqtts://HOST:PORT"
+        try:
+            parts = urlsplit(self.url)
+            port = parts.port
+        except ValueError as error:
+            raise ValueError(say("{expected} ({error})", expected=expected, error=error)) from None
+        beside = parts.path.strip("/") or parts.query or parts.fragment
+        if parts.scheme not in ("mqtt", "mqtts") or not parts.hostname or beside or port == 0:
+            raise ValueError(expected)
+        if parts.username or parts.password:
+            raise ValueError(
+                "the broker's address must not hold a user or password: others on this computer see it; "
+                "use $WOOSH_MQTT_USER and $WOOSH_MQTT_PASSWORD, or a file"
+            )
+        if not self.tls and (self.ca_file or self.cert_file or self.key_file):
+            raise ValueError("certificates are for TLS: write mqtts://HOST:PORT")
+
+    def __repr__(self) -> str:
+        return f"<Broker {self.url}>"
+
+    @property
+    def tls(self) -> bool:
+        """Whether the connection is encrypted."""
+        return urlsplit(self.url).scheme == "mqtts"
+
+    @property
+    def host(self) -> str:
+        """Host name or address."""
+        return urlsplit(self.url).hostname or ""
+
+    @property
+    def port(self) -> int:
+        """The port; 1883, or 8883 for TLS, if the URL has none."""
+        return urlsplit(self.url).port or (8883 if self.tls else 1883)
+
+
+def _without_secrets(url: str) -> str:
+    return url.rpartition("@")[2]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

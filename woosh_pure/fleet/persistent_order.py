@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from typing import Any, Protocol
 
 from rosproto.logs import get_logger
-from woosh_pure.fleet.messages.schema import Invalid
+from woosh_pure.fleet.messages.parsing import Invalid
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import (
     DiskFailed,
@@ -21,8 +21,6 @@ from woosh_pure.fleet.order.events import (
     Event,
     PublishState,
     Restarted,
-    SaveState,
-    stops,
 )
 from woosh_pure.fleet.order.machine import step
 from woosh_pure.fleet.order.state import OrderState, first_state, read_state
@@ -84,28 +82,19 @@ class PersistentOrder:
         """
         before = self.state
         after, effects = step(before, event)
-        done = [effect for effect in effects if stops(effect)]
-        yield from done  # before anything is written on disk
-        begins = [
-            effect
-            for effect in effects
-            if not (stops(effect) or isinstance(effect, (SaveState, PublishState)))
-        ]
-        if later and not begins:
-            self.state, self.unsaved = after, self.unsaved or len(effects) > len(done)
+        yield from effects.stops  # before anything is written on disk
+        if later and not effects.begins:
+            self.state = after
+            self.unsaved = self.unsaved or effects.saves or effects.publishes
             return
-        publishes = self.unsaved or PublishState() in effects
-        if (self.unsaved or SaveState() in effects) and not self.failing:
+        publishes, begins = self.unsaved or effects.publishes, effects.begins
+        if (self.unsaved or effects.saves) and not self.failing:
             problem = self._save(after)
             if problem is not None:
                 self.failing = publishes = True
                 without, _ = step(before, DiskFailed(problem))
-                after, effects = step(without, event)
-                begins = [
-                    each
-                    for each in effects
-                    if each not in done and not isinstance(each, (SaveState, PublishState))
-                ]
+                after, again = step(without, event)
+                begins = [each for each in (*again.stops, *again.begins) if each not in effects.stops]
         self.state, self.unsaved = after, False
         if publishes:
             yield PublishState()

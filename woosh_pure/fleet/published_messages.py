@@ -14,9 +14,9 @@ from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.messages import schema
+from woosh_pure.fleet.messages import parsing
 from woosh_pure.fleet.messages.elements import Node
-from woosh_pure.fleet.messages.schema import timestamp
+from woosh_pure.fleet.messages.parsing import timestamp
 from woosh_pure.fleet.order.action_states import BUILT_IN, SupportedAction
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.state import OrderState
@@ -232,12 +232,12 @@ def factsheet_message(
             "width": max(ys) - min(ys), "length": max(xs) - min(xs),
         },
         "protocolLimits": {
-            "maxStringLens": {"msgLen": schema.MOST_BYTES, "idLen": schema.LONGEST_ID,
+            "maxStringLens": {"msgLen": parsing.MOST_BYTES, "idLen": parsing.LONGEST_ID,
             "idNumericalOnly": False}, "maxArrayLens": {
-                "order.nodes": schema.MOST_NODES, "order.edges": schema.MOST_NODES - 1,
-                "node.actions": schema.MOST_ACTIONS, "edge.actions": schema.MOST_ACTIONS,
-                "actions.actionsParameters": schema.MOST_PARAMETERS, "instantActions":
-                schema.MOST_ACTIONS,
+                "order.nodes": parsing.MOST_NODES, "order.edges": parsing.MOST_NODES - 1,
+                "node.actions": parsing.MOST_ACTIONS, "edge.actions": parsing.MOST_ACTIONS,
+                "actions.actionsParameters": parsing.MOST_PARAMETERS, "instantActions":
+                parsing.MOST_ACTIONS,
             },
             "timing": timing,
         },

@@ -22,17 +22,15 @@ from woosh_pure.fleet.action_handlers.custom_actions import Triggers
 from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.action_handlers.maps import MapStore
 from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
-from woosh_pure.fleet.action_runner import ActionRunner
-from woosh_pure.fleet.broker_address import Broker
+from woosh_pure.fleet.action_handlers.running_action import ActionRunner
 from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.chassis_facts import ChassisFacts, MapEntry
-from woosh_pure.fleet.config import VehicleConfig
+from woosh_pure.fleet.config import Broker, VehicleConfig
 from woosh_pure.fleet.drive_runner import DriveRunner
 from woosh_pure.fleet.driving_lease import DrivingLease
 from woosh_pure.fleet.inbox import Inbox, InboxContents, Message, MessageKind
 from woosh_pure.fleet.messages.elements import Order
-from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
-from woosh_pure.fleet.messages.schema import Invalid, check_header
+from woosh_pure.fleet.messages.parsing import Invalid, check_header, parse, read_instant_actions, read_order
 from woosh_pure.fleet.monitor import (
     SILENT_AFTER,
     ChassisMonitor,

@@ -18,7 +18,7 @@ from tests.support.light_chassis import LightChassis, moving
 from tests.support.mosquitto import Mosquitto, mosquitto
 from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
 from woosh_pure.fleet.inbox import MOST_MESSAGES
-from woosh_pure.fleet.messages.schema import MOST_BYTES
+from woosh_pure.fleet.messages.parsing import MOST_BYTES
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")

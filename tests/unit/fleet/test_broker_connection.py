@@ -12,8 +12,8 @@ import pytest
 
 from tests.support.stuck_broker import StuckBroker
 from woosh_pure.fleet import broker_connection as mqtt
-from woosh_pure.fleet.broker_address import Broker
 from woosh_pure.fleet.broker_connection import MOST_WAITING, BrokerConnection
+from woosh_pure.fleet.config import Broker
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
 STATE = {"text": "x" * 2600}  # as long as a state with 18 nodes ahead

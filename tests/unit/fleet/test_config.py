@@ -12,8 +12,7 @@ import pytest
 
 from woosh_pure import Chassis
 from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
-from woosh_pure.fleet.broker_address import Broker
-from woosh_pure.fleet.config import FleetConfig, VehicleConfig, load_config, secrets
+from woosh_pure.fleet.config import Broker, FleetConfig, VehicleConfig, load_config, secrets
 from woosh_pure.fleet.vehicle import Vehicle
 
 TOML = """

@@ -9,8 +9,7 @@ import pytest
 from tests.support.fleet import action, instant, order_json
 from woosh_pure.fleet.inbox import CAPACITY, MOST_MESSAGES, Inbox, Message, MessageKind, message_kind
 from woosh_pure.fleet.messages.elements import InstantActions
-from woosh_pure.fleet.messages.parsing import read_instant_actions, read_order
-from woosh_pure.fleet.messages.schema import Invalid
+from woosh_pure.fleet.messages.parsing import Invalid, read_instant_actions, read_order
 from woosh_pure.fleet.order.events import MalformedMessage
 
 ORDER = read_order(order_json())

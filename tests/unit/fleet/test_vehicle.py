@@ -6,8 +6,7 @@ import pytest
 
 from tests.support.fleet import order_json
 from woosh_pure import Chassis
-from woosh_pure.fleet.broker_address import Broker
-from woosh_pure.fleet.config import VehicleConfig
+from woosh_pure.fleet.config import Broker, VehicleConfig
 from woosh_pure.fleet.inbox import Inbox
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.order.events import ModeChanged, PositionMeasured

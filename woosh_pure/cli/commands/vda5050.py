@@ -118,8 +118,7 @@ def run_vda5050(args: Namespace, out: Output) -> int:
 
 
 def _config(args: Namespace) -> FleetConfig:
-    from woosh_pure.fleet.broker_address import Broker
-    from woosh_pure.fleet.config import FleetConfig, load_config, secrets
+    from woosh_pure.fleet.config import Broker, FleetConfig, load_config, secrets
 
     if args.config is not None:
         if args.broker or args.serial:

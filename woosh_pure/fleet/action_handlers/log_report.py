@@ -11,7 +11,7 @@ from typing import Any
 
 from rosproto.files import replace_file
 from rosproto.text import printable
-from woosh_pure.fleet.messages.schema import timestamp
+from woosh_pure.fleet.messages.parsing import timestamp
 
 MOST_LINES = 500
 MOST_REPORTS = 50

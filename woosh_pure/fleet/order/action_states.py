@@ -23,6 +23,7 @@ from enum import Enum
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action
+from woosh_pure.fleet.messages.parsing import read_action
 from woosh_pure.fleet.order.tables import ActionStatus
 
 
@@ -87,26 +88,14 @@ class SupportedAction:
 
 
 BUILT_IN = {
-    supported.type: supported
-    for supported in (
-        SupportedAction(
-            "cancelOrder",
-            (Scope.INSTANT,),
-            any_parameters=True,
-            description="Stops, ends the order's actions, forgets the order.",
-        ),
-        SupportedAction(
-            "startPause",
-            (Scope.INSTANT,),
-            any_parameters=True,
-            description="Stops driving until stopPause; actions go on.",
-        ),
-        SupportedAction("stopPause", (Scope.INSTANT,), any_parameters=True, description="Drives on."),
-        SupportedAction("stateRequest", (Scope.INSTANT,), any_parameters=True, description="Sends a state."),
-        SupportedAction(
-            "factsheetRequest", (Scope.INSTANT,), any_parameters=True, description="Sends the factsheet."
-        ),
-    )
+    name: SupportedAction(name, (Scope.INSTANT,), any_parameters=True, description=text)
+    for name, text in {
+        "cancelOrder": "Stops, ends the order's actions, forgets the order.",
+        "startPause": "Stops driving until stopPause; actions go on.",
+        "stopPause": "Drives on.",
+        "stateRequest": "Sends a state.",
+        "factsheetRequest": "Sends the factsheet.",
+    }.items()
 }
 """The actions that the order machine itself carries out."""
 
@@ -164,15 +153,7 @@ class ActionState:
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> ActionState:
         """Restore from the output of `to_json`."""
-        raw = data["action"]
-        parameters = {each["key"]: each["value"] for each in raw["actionParameters"]}
-        action = Action(
-            raw["actionId"],
-            raw["actionType"],
-            raw["blockingType"],
-            parameters,
-            raw.get("actionDescription", ""),
-        )
+        action = read_action(data["action"], "action")
         return cls(
             action,
             Scope(data["scope"]),

@@ -1,18 +1,13 @@
-"""The input of the order machine (events) and its output (effects), as frozen values.
-
-The effects of an event are carried out in their order: those that stop something, `SaveState`,
-`PublishState`, those that begin something. If the state cannot be saved, the effects after `SaveState` are
-discarded: `DiskFailed` is applied to the old state, then the event to the result.
-"""
+"""The input of the order machine (events) and its output (effects), as frozen values."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, Order
-from woosh_pure.fleet.messages.schema import Invalid
+from woosh_pure.fleet.messages.parsing import Invalid
 from woosh_pure.fleet.order.action_states import Scope
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.tables import ActionStatus
@@ -162,11 +157,6 @@ Event = (
 
 
 @dataclass(frozen=True, slots=True)
-class SaveState:
-    """Save the state on disk before any effect that follows."""
-
-
-@dataclass(frozen=True, slots=True)
 class PublishState:
     """Publish a state message."""
 
@@ -204,14 +194,9 @@ class BeginAction:
 
 @dataclass(frozen=True, slots=True)
 class EndAction:
-    """End a running action; ends with an `ActionEnded`.
-
-    Attributes:
-        failed: False if the vehicle has left the action's edge, which is its regular end.
-    """
+    """End a running action; ends with an `ActionEnded`."""
 
     action_id: str
-    failed: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,19 +211,23 @@ class PublishFactsheet:
     """Publish the factsheet."""
 
 
-Effect = (
-    SaveState
-    | PublishState
-    | Drive
-    | Halt
-    | StopAll
-    | BeginAction
-    | EndAction
-    | ScheduleRetry
-    | PublishFactsheet
-)
+Effect = PublishState | Drive | Halt | StopAll | BeginAction | EndAction | ScheduleRetry | PublishFactsheet
 
 
-def stops(effect: Effect) -> bool:
-    """Whether an effect stops a drive or action. Such effects are carried out before the state is saved."""
-    return isinstance(effect, (Halt, StopAll)) or (isinstance(effect, EndAction) and effect.failed)
+class Effects(NamedTuple):
+    """What follows from an event. It is carried out in this order.
+
+    If the state cannot be saved, what comes afterwards is discarded: `DiskFailed` is applied to the old
+    state, then the event to the result.
+
+    Attributes:
+        stops: What stops a drive or an action.
+        saves: Whether the state must be saved on disk.
+        publishes: Whether a state message is published.
+        begins: All others.
+    """
+
+    stops: list[Effect]
+    saves: bool
+    publishes: bool
+    begins: list[Effect]

@@ -20,7 +20,7 @@ from woosh_pure.fleet.messages.elements import Action, InstantActions, Order
 from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
-from woosh_pure.fleet.order.events import Effect, Event, PublishFactsheet
+from woosh_pure.fleet.order.events import Effects, Event, PublishFactsheet
 from woosh_pure.fleet.order.rejection import (
     instant_action_problem,
     instant_problem,
@@ -33,8 +33,8 @@ from woosh_pure.fleet.order.tables import ActionStatus, Hold, Motion, MotionEven
 from woosh_pure.fleet.order.transition import Transition
 
 
-def step(state: OrderState, event: Event) -> tuple[OrderState, list[Effect]]:
-    """Return the state after an event, and its effects in the order that `events.py` defines."""
+def step(state: OrderState, event: Event) -> tuple[OrderState, Effects]:
+    """Return the state after an event, and its effects."""
     change = Transition(state)
     _EVENTS[type(event)](change, event)
     follow(change)

@@ -17,13 +17,11 @@ from woosh_pure.fleet.order.events import (
     BeginAction,
     Drive,
     Effect,
+    Effects,
     EndAction,
     Halt,
-    PublishState,
-    SaveState,
     ScheduleRetry,
     StopAll,
-    stops,
 )
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import (
@@ -62,23 +60,20 @@ class Transition:
     def __init__(self, before: OrderState) -> None:
         self._before = self.state = before
         self.drive_is_new = False
-        self._effects: list[Effect] = []
+        self._stops: list[Effect] = []
+        self._begins: list[Effect] = []
         self._publishes = False
 
-    def result(self) -> tuple[OrderState, list[Effect]]:
-        """The state after the event, and its effects in the order that `events.py` defines."""
+    def result(self) -> tuple[OrderState, Effects]:
+        """The state after the event, and its effects."""
         before, state = self._before, self.state
-        effects: list[Effect] = [each for each in self._effects if stops(each)]
-        writes = state is not before and state.kept != before.kept
-        if writes:
-            effects.append(SaveState())
-        if writes or self._publishes or (state is not before and state.shown != before.shown):
-            effects.append(PublishState())
-        return state, effects + [each for each in self._effects if not stops(each)]
+        saves = state is not before and state.kept != before.kept
+        shows = state is not before and state.shown != before.shown
+        return state, Effects(self._stops, saves, saves or shows or self._publishes, self._begins)
 
     def request(self, effect: Effect) -> None:
-        """Add an effect."""
-        self._effects.append(effect)
+        """Add an effect that stops nothing."""
+        self._begins.append(effect)
 
     def publish(self) -> None:
         """Publish a state even if nothing has changed."""
@@ -224,12 +219,12 @@ class Transition:
     def halt(self) -> None:
         """Cancel the current drive."""
         assert self.state.drive is not None
-        self.request(Halt(self.state.drive.token))
+        self._stops.append(Halt(self.state.drive.token))
         self.change_motion(MotionEvent.HALT)
 
     def stop_all(self) -> None:
         """Stop every motion of the robot, because it is not known whether the last one has ended."""
-        self.request(StopAll(STOP_AGAIN if self.state.stops else 0.0))
+        self._stops.append(StopAll(STOP_AGAIN if self.state.stops else 0.0))
         self.change_motion(MotionEvent.STOP)
         self.update(stops=self.state.stops + 1)
 
@@ -297,7 +292,7 @@ class Transition:
         supported = self.state.limits.actions.get(action.action.type)
         if not action.ending and (not failed or supported is None or supported.interruptible):
             self._replace_action(replace(action, ending=True))
-            self.request(EndAction(action.action.id, failed))
+            (self._stops if failed else self._begins).append(EndAction(action.action.id))
 
     def _replace_action(self, new: ActionState) -> None:
         states = self.state.action_states

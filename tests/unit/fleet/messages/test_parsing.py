@@ -11,8 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.fleet import action, instant, order_json
-from woosh_pure.fleet.messages.parsing import parse, read_instant_actions, read_order
-from woosh_pure.fleet.messages.schema import MOST_BYTES, Invalid, check_header, timestamp
+from woosh_pure.fleet.messages.parsing import (
+    MOST_BYTES,
+    Invalid,
+    check_header,
+    parse,
+    read_instant_actions,
+    read_order,
+    timestamp,
+)
 from woosh_pure.fleet.published_messages import MessageHeaders
 
 

@@ -8,8 +8,7 @@ import pytest
 
 from tests.support.fleet import PureVehicle, action, order_json
 from tests.support.fleet_orders import kinds
-from woosh_pure.fleet.messages.parsing import read_order
-from woosh_pure.fleet.messages.schema import Invalid
+from woosh_pure.fleet.messages.parsing import Invalid, read_order
 from woosh_pure.fleet.order.events import MalformedMessage, ModeChanged, PositionMeasured
 
 

@@ -42,7 +42,7 @@ class Tour:
 
     def apply(self, event: Event) -> None:
         self.state, effects = step(self.state, event)
-        for effect in effects:
+        for effect in (*effects.stops, *effects.begins):
             if isinstance(effect, Drive):
                 position = effect.node.position
                 assert position is not None
