@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import math
 from collections.abc import Callable
 from types import TracebackType
 
-from rosproto.coercion import as_float
-from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.aio.calls import ThreadCalls
+from woosh_pure.connection.arguments import require_seconds
 from woosh_pure.geometry import Velocity
 from woosh_pure.velocity import drive as velocity
 from woosh_pure.velocity.shaper import DriveLimits
@@ -103,12 +101,7 @@ class Drive:
             ConnectionLost: The velocity topic has no subscriber any more, or the chassis has fallen silent.
             MotionRefused: The drive is over; `error.readiness` gives the reason.
         """
-        seconds = as_float(seconds)
-        if not (math.isfinite(seconds) and seconds >= 0.0):
-            raise ValueError(
-                say("seconds={seconds}: expected a finite number of at least 0", seconds=seconds)
-            )
-        deadline = Deadline(seconds)
+        deadline = Deadline(require_seconds(seconds))
         try:
             while rest := deadline.remaining():
                 self.set(vx, wz, vy=vy, valid_for=_VALID)

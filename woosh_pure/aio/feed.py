@@ -15,7 +15,7 @@ from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.connection.arguments import require_timeout
 from woosh_pure.faults import StatusCode
 from woosh_pure.feed import feed
-from woosh_pure.feed.feed import FIRST_USE, Reading
+from woosh_pure.feed.feed import FIRST_USE, Newest, Reading
 from woosh_pure.feed.feed import Feed as Threaded
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.interface.schema import Row
@@ -26,7 +26,7 @@ _LOOK_AGAIN = 0.2  # seconds; the end of a feed has no callback
 _KEPT = 1000  # values kept for `wait_for`
 
 
-class Feed(Generic[T]):
+class Feed(Newest[T]):
     """One topic the chassis publishes; as `woosh_pure.feed.Feed`, awaited.
 
     `await robot.battery` is the newest value, or the first one when none was received yet.
@@ -86,23 +86,6 @@ class Feed(Generic[T]):
             self.feed.open()
         except RosError as error:  # raised by `wait` instead
             logger.debug("! %s: not subscribed: %s", self.topic, error)
-
-    @property
-    def latest(self) -> T | None:
-        """The newest value, None when nothing was heard yet."""
-        reading = self.reading
-        return None if reading is None else reading.value
-
-    @property
-    def age(self) -> float | None:
-        """Seconds since the newest value by our clock, None when nothing was heard yet."""
-        reading = self.reading
-        return None if reading is None else reading.age
-
-    @property
-    def heard(self) -> bool:
-        """True when at least one value has come."""
-        return self.reading is not None
 
     @property
     def count(self) -> int:

@@ -108,3 +108,15 @@ def require_limit(timeout: float, name: str = "timeout") -> float:
             )
         )
     return min(seconds, LONGEST)
+
+
+def require_seconds(seconds: float) -> float:
+    """Return checked seconds as a float.
+
+    Raises:
+        ValueError: They are negative or not finite.
+    """
+    seconds = as_float(seconds)
+    if not (math.isfinite(seconds) and seconds >= 0.0):
+        raise ValueError(say("seconds={seconds}: expected a finite number of at least 0", seconds=seconds))
+    return seconds

@@ -61,7 +61,33 @@ class Reading(Generic[T]):
         return time.monotonic() - self.received
 
 
-class Feed(Generic[T]):
+class Newest(Generic[T]):
+    """What a feed says of its newest reading, whether it is awaited or not."""
+
+    @property
+    def reading(self) -> Reading[T] | None:
+        """The newest reading, None when nothing was heard yet."""
+        raise NotImplementedError
+
+    @property
+    def latest(self) -> T | None:
+        """The newest value, None when nothing was heard yet."""
+        reading = self.reading
+        return None if reading is None else reading.value
+
+    @property
+    def age(self) -> float | None:
+        """Seconds since the newest value by our clock, None when nothing was heard yet."""
+        reading = self.reading
+        return None if reading is None else reading.age
+
+    @property
+    def heard(self) -> bool:
+        """True when at least one value has come."""
+        return self.reading is not None
+
+
+class Feed(Newest[T]):
     """Newest value, waiting, iterating and callbacks for one topic.
 
     The first use subscribes and waits until the publishers are connected (a few hundredths of a second, at
@@ -237,23 +263,6 @@ class Feed(Generic[T]):
         return self.known
 
     @property
-    def latest(self) -> T | None:
-        """The newest value, None when nothing was heard yet."""
-        reading = self.reading
-        return None if reading is None else reading.value
-
-    @property
-    def age(self) -> float | None:
-        """Seconds since the newest value by our clock, None when nothing was heard yet."""
-        newest = self.reading
-        return None if newest is None else newest.age
-
-    @property
-    def heard(self) -> bool:
-        """True when at least one value has come."""
-        return self.reading is not None
-
-    @property
     def opened(self) -> bool:
         """True when it is subscribed, or closed for good."""
         return self._subscriber is not None or self._closed
@@ -370,15 +379,7 @@ class Feed(Generic[T]):
             ConnectionLost: The Chassis is closed, or was closed meanwhile.
             LocalProtocolError: Called in a callback of this feed, where no next value can come.
         """
-        if not new:
-            return self.wait_for(lambda value: True, timeout)
-        # Read before the topic is opened: a latched value comes only once, with its link.
-        before = self.count
-        deadline = self._begin_wait(timeout)
-        with self._news() as news:
-            while self.count <= before:
-                self._pause(news, deadline, timeout)
-        return self._history[-1][1].value
+        return self._first(lambda value: True, timeout, new=new)
 
     def wait_for(self, accept: Callable[[T], bool], timeout: float | None = 5.0) -> T:
         """The first value for which `accept` is true: the newest known one, or any that comes after it.
@@ -388,11 +389,15 @@ class Feed(Generic[T]):
             ConnectionLost: The Chassis is closed, or was closed meanwhile.
             LocalProtocolError: Called in a callback of this feed, where no next value can come.
         """
+        return self._first(accept, timeout, new=False)
+
+    def _first(self, accept: Callable[[T], bool], timeout: float | None, *, new: bool) -> T:
+        # Read before the topic is opened: a latched value comes only once, with its link.
+        seen = self.count if new else max(0, self.count - 1)
         deadline = self._begin_wait(timeout)
-        seen = max(0, self.count - 1)
         with self._news() as news:
             while True:
-                while self.count == seen:
+                while self.count <= seen:
                     self._pause(news, deadline, timeout)
                 # Check every reading: the condition may have been true only for a moment.
                 for number, reading in self._history.copy():

@@ -23,6 +23,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure.components import Components
+from woosh_pure.connection.arguments import require_seconds
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Velocity
@@ -180,12 +181,7 @@ class Drive:
             ConnectionLost: The velocity topic has no subscriber any more, or the chassis has fallen silent.
             MotionRefused: The drive is over; `error.readiness` gives the reason.
         """
-        seconds = as_float(seconds)
-        if not (math.isfinite(seconds) and seconds >= 0.0):
-            raise ValueError(
-                say("seconds={seconds}: expected a finite number of at least 0", seconds=seconds)
-            )
-        deadline = Deadline(seconds)
+        deadline = Deadline(require_seconds(seconds))
         while rest := deadline.remaining():
             self.set(vx, wz, vy=vy, valid_for=0.3)
             if self._over.wait(min(rest, 0.1)):
