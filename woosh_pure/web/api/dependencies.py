@@ -85,11 +85,10 @@ def client_of(request: Request) -> Client:
 
 def name_of(request: Request) -> str:
     """Return the client's name, for requests that are never refused: stops and endings."""
-    session, address = request.headers.get(SESSION, ""), address_of(request)
-    if not session:
-        return f"program at {address}"
-    client = context_of(request).clients.by_session(session)
-    return f"page of another session at {address}" if client is None else client.name
+    try:
+        return client_of(request).name
+    except Problem:
+        return f"page of another session at {address_of(request)}"
 
 
 async def connected(request: Request) -> None:

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 from starlette.types import Receive, Scope, Send
 
-from rosproto.errors import RosError
+from rosproto.errors import RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.numeric import encode_png
 from rosproto.sentence import say
@@ -256,23 +256,13 @@ def get_plan(request: Request) -> dict[str, Any]:
 @maps.get("/costmap.png", response_class=Response, responses=_PNG)
 def get_costmap_png(request: Request) -> Response:
     """The navigation's costmap as PNG, if the navigation publishes one."""
-    robot = robot_of(request)
-    subscriber = robot.chassis.node.subscriber(COSTMAP_TOPIC, "nav_msgs/OccupancyGrid", queue_size=1)
+    node = robot_of(request).chassis.node
     try:
-        until = time.monotonic() + 3.0
-        while (message := subscriber.latest) is None and time.monotonic() < until:
-            time.sleep(0.02)
-    finally:
-        subscriber.close()
-    if message is None:
-        raise Problem(
-            504,
-            say(
-                "nothing came on {costmap_topic}: this chassis does not publish its costmap there",
-                costmap_topic=COSTMAP_TOPIC,
-            ),
-            "costmap",
-        )
+        with node.subscriber(COSTMAP_TOPIC, "nav_msgs/OccupancyGrid", queue_size=1) as costmap:
+            message = costmap.next(3.0)
+    except RosTimeout:
+        text = "nothing came on {costmap_topic}: this chassis does not publish its costmap there"
+        raise Problem(504, say(text, costmap_topic=COSTMAP_TOPIC), "costmap") from None
     cells = grid_from_message(message).cells
     grey = np.where(cells < 0, 205, 254 - np.clip(cells, 0, 100).astype(np.int16) * 254 // 100)
     return Response(encode_png(grey.astype(np.uint8)[::-1]), media_type="image/png")
