@@ -99,6 +99,9 @@ class AccessRules:
             host names are accepted as names of this server, too.
         hosts: Further host names under which this server may be reached.
 
+    Attributes:
+        needs_token: Whether requests need a token.
+
     Raises:
         ValueError: The token is too easy to guess, or an origin is not valid.
     """
@@ -116,6 +119,7 @@ class AccessRules:
             )
         if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
             raise ValueError("the token has letters that no header can carry; take ASCII letters and digits")
+        self.needs_token = token is not None
         self._token = None if token is None else token.encode("utf-8", "surrogateescape")
         self._key = b"" if token is None else _key_of(token)
         self._origins = frozenset(map(_require_origin, origins))
@@ -123,11 +127,6 @@ class AccessRules:
         self._hosts = frozenset(filter(None, (*named, *(host_of(host) for host in hosts), "localhost")))
         self._moves: BoundedCache[str, TokenBucket] = BoundedCache(MOST_BUCKETS)
         self._guesses: BoundedCache[str, TokenBucket] = BoundedCache(MOST_BUCKETS)
-
-    @property
-    def needs_token(self) -> bool:
-        """Whether requests need a token."""
-        return self._token is not None
 
     def check_host(self, host: str | None) -> Problem | None:
         """Accept localhost, IP addresses, and the host names that were given."""

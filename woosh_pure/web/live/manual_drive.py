@@ -19,19 +19,18 @@ ZEROS_SECONDS = 2.5
 
 
 class ManualDrive:
-    """Safe from any thread. `open` and `finish` block for a while; `steer` and `halt` do not."""
+    """Safe from any thread. `open` and `finish` block for a while; `steer` and `halt` do not.
+
+    Attributes:
+        driver: The name of the client that drives or is about to; None if there is none.
+    """
 
     def __init__(self, chassis: Chassis) -> None:
         self._chassis = chassis
         self._lock = threading.Condition()
-        self._driver: str | None = None
+        self.driver: str | None = None
         self._drive: Drive | None = None
         self._closed = ""
-
-    @property
-    def driver(self) -> str | None:
-        """The name of the client that drives or is about to; None if there is none."""
-        return self._driver
 
     @property
     def limits(self) -> dict[str, float]:
@@ -50,10 +49,10 @@ class ManualDrive:
             RosError, ValueError: `Chassis.velocity` has refused.
         """
         with self._lock:  # a new press waits for the zeros of the last drive
-            self._lock.wait_for(lambda: self._closed or self._driver != driver, ZEROS_SECONDS)
-            if self._closed or self._driver is not None:
-                raise Problem(409, self._closed or f"{self._driver} drives now", "busy")
-            self._driver = driver
+            self._lock.wait_for(lambda: self._closed or self.driver != driver, ZEROS_SECONDS)
+            if self._closed or self.driver is not None:
+                raise Problem(409, self._closed or f"{self.driver} drives now", "busy")
+            self.driver = driver
         try:
             drive = self._begin()
         except BaseException:
@@ -81,7 +80,7 @@ class ManualDrive:
     def _release(self, drive: Drive | None) -> None:
         with self._lock:
             if self._drive is drive:
-                self._drive, self._driver = None, None
+                self._drive, self.driver = None, None
                 self._lock.notify_all()
 
     def steer(self, vx: float, wz: float, valid_for: float, since: float | None = None) -> None:
