@@ -7,7 +7,7 @@ import inspect
 import logging
 from collections.abc import Callable, Coroutine, Generator
 from types import TracebackType
-from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from rosproto import aio as ros
 from rosproto.logs import get_logger
@@ -33,16 +33,6 @@ R = TypeVar("R")
 H = TypeVar("H", bound=GoalHandle[Any])
 
 
-class AwaitedChassis(Protocol):
-    """The part of the asyncio `Chassis` that its verbs use."""
-
-    @property
-    def chassis(self) -> object: ...
-
-    @property
-    def _calls(self) -> ThreadCalls: ...
-
-
 def like(method: Callable[..., Any], made: R, returns: str = "") -> R:
     """Copy name, documentation and signature of a threaded verb to the awaited one; `returns` replaces its
     return type."""
@@ -56,33 +46,25 @@ def like(method: Callable[..., Any], made: R, returns: str = "") -> R:
 
 
 def verb(
-    method: Callable[Concatenate[Any, P], R],
-) -> Callable[Concatenate[AwaitedChassis, P], Coroutine[Any, Any, R]]:
-    """An awaited verb. Cancelling it drops everything not yet sent."""
+    method: Callable[Concatenate[Any, P], R], *, stops: bool = False
+) -> Callable[Concatenate[Chassis, P], Coroutine[Any, Any, R]]:
+    """An awaited verb. Cancelling it drops everything not yet sent; one that `stops` always completes, and a
+    cancelled task waits for it.
+    """
 
-    async def call(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        return await self._calls.call(lambda: method(self.chassis, *args, **kwargs))
-
-    return like(method, call)
-
-
-def stopping(
-    method: Callable[Concatenate[Any, P], R],
-) -> Callable[Concatenate[AwaitedChassis, P], Coroutine[Any, Any, R]]:
-    """A stopping verb: it always completes, and a cancelled task waits for it."""
-
-    async def call(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        return await self._calls.finish(lambda: method(self.chassis, *args, **kwargs))
+    async def call(self: Chassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        run = self._calls.finish if stops else self._calls.call
+        return await run(lambda: method(self.chassis, *args, **kwargs))
 
     return like(method, call)
 
 
 def goal(
     method: Callable[Concatenate[Any, P], threaded.GoalHandle[Any]], handle: type[H]
-) -> Callable[Concatenate[AwaitedChassis, P], Goal[H]]:
+) -> Callable[Concatenate[Chassis, P], Goal[H]]:
     """A verb that starts a goal: see `Goal`."""
 
-    def begin(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> Goal[H]:
+    def begin(self: Chassis, /, *args: P.args, **kwargs: P.kwargs) -> Goal[H]:
         def send() -> threaded.GoalHandle[Any]:
             return method(self.chassis, *args, **kwargs)
 
@@ -93,10 +75,10 @@ def goal(
 
 def block(
     method: Callable[Concatenate[Any, P], Drive],
-) -> Callable[Concatenate[AwaitedChassis, P], VelocityBlock]:
+) -> Callable[Concatenate[Chassis, P], VelocityBlock]:
     """The verb that opens a velocity block."""
 
-    def begin(self: AwaitedChassis, /, *args: P.args, **kwargs: P.kwargs) -> VelocityBlock:
+    def begin(self: Chassis, /, *args: P.args, **kwargs: P.kwargs) -> VelocityBlock:
         return VelocityBlock(self._calls, lambda: method(self.chassis, *args, **kwargs))
 
     return like(method, begin, "VelocityBlock")
@@ -284,7 +266,7 @@ class Chassis(Readings):
     steps = goal(Threaded.steps, StepHandle)
     action = goal(Threaded.action, ActionHandle)
     velocity = block(Threaded.velocity)
-    stop = stopping(Threaded.stop)
+    stop = verb(Threaded.stop, stops=True)
 
     # -- everything else
 
