@@ -197,6 +197,16 @@ def triggered_keys(inputs: Any) -> tuple[int, ...]:
 _KEYS_MODULE, _TRIGGERED = 1, 1  # woosh_msgs/IO: module 0x01 chassis keys, status 1 triggered
 
 
+_LOST = "the robot does not know where it is; give it its position"
+_OF_STATE = {
+    # States that say nothing about faults and buttons are doubts.
+    RobotState.UNINITIALISED: Reason(ReasonKey.NOT_LOCALISED, _LOST, False, doubt=True),
+    RobotState.UNDEFINED: Reason(ReasonKey.UNKNOWN, STATE_UNDEFINED, False, doubt=True),
+    RobotState.FAULT: Reason(ReasonKey.FAULT, FAULT_STATE),
+    RobotState.MAPPING: Reason(ReasonKey.MAPPING, "the robot is making a map"),
+}
+
+
 def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collection[int]) -> list[Reason]:
     reasons = []
     if status.robot_mode in (RobotMode.MANUAL, RobotMode.MAINTENANCE):
@@ -210,21 +220,8 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
         reasons.append(
             Reason(ReasonKey.NOT_IN_TASK_MODE, "the robot is in deployment mode; tasks need task mode", False)
         )
-    if status.robot_state is RobotState.UNINITIALISED:
-        reasons.append(
-            Reason(
-                ReasonKey.NOT_LOCALISED,
-                "the robot does not know where it is; give it its position",
-                False,
-                doubt=True,  # a state that says nothing about faults and buttons
-            )
-        )
-    if status.robot_state is RobotState.UNDEFINED:
-        reasons.append(Reason(ReasonKey.UNKNOWN, STATE_UNDEFINED, False, doubt=True))
-    if status.robot_state is RobotState.FAULT:
-        reasons.append(Reason(ReasonKey.FAULT, FAULT_STATE))
-    if status.robot_state is RobotState.MAPPING:
-        reasons.append(Reason(ReasonKey.MAPPING, "the robot is making a map"))
+    if status.robot_state in _OF_STATE:
+        reasons.append(_OF_STATE[status.robot_state])
     if not status.task_state.is_final and status.task_state.value > 0:
         reasons.append(_task_under_way(status, own_tasks))
     if charging and status.robot_state is not RobotState.CHARGING:
