@@ -13,8 +13,7 @@ import time
 from collections.abc import Callable
 from typing import Literal
 
-from rosproto.bag import BagWriter, RawMessage, create_bag
-from rosproto.bag.mcap import McapWriter
+from rosproto.bag import RawMessage, create_bag
 from rosproto.bag.opening import is_mcap_name
 from rosproto.errors import BagError
 from rosproto.files import replace_file
@@ -68,6 +67,7 @@ class BagSeries:
         on_open: Called with the final path of each bag when it is begun.
 
     Attributes:
+        path: Final path of the current bag.
         paths: Finished bags, in order.
         messages: Messages written, not counting repeated ones.
     """
@@ -101,22 +101,17 @@ class BagSeries:
         self._finished_bytes = 0
         self.paths: list[str] = []
         self.messages = 0
-        self._path, self._writer = self._open()
-
-    @property
-    def path(self) -> str:
-        """Final path of the current bag."""
-        return self._path
+        self._open()
 
     @property
     def active_path(self) -> str:
         """Path of the current bag while it is being written."""
-        return self._path + ACTIVE
+        return self.path + ACTIVE
 
     @property
     def size(self) -> int:
         """Bytes in all bags so far."""
-        return self._finished_bytes + (0 if self._path in self.paths else self._writer.size)
+        return self._finished_bytes + (0 if self.path in self.paths else self._writer.size)
 
     def write(self, topic: str, message: RawMessage, stamp: Time) -> None:
         """Add a message, to a new bag if it is time for one.
@@ -142,24 +137,35 @@ class BagSeries:
             BagError: It cannot be finished; it keeps its `.active` name and can be read up to its last whole
                 chunk.
         """
-        self._finish()
+        self._writer.close()
+        try:
+            replace_file(self.active_path, self.path)
+            size = os.path.getsize(self.path)
+        except OSError as problem:
+            raise BagError(
+                f"the finished bag cannot be renamed to {self.path}: {problem.strerror}",
+                path=self.active_path,
+            ) from problem
+        self._finished_bytes += size
+        self.paths.append(self.path)
 
-    def _open(self) -> tuple[str, BagWriter | McapWriter]:
+    def _open(self) -> None:
         path = self._name(self._number)
         if not self._overwrite:
             _check_free(path)
-        mcap = is_mcap_name(path)
-        writer = create_bag(path + ACTIVE, self._compression, self._chunk_bytes, mcap=mcap)
+        self._writer = create_bag(
+            path + ACTIVE, self._compression, self._chunk_bytes, mcap=is_mcap_name(path)
+        )
+        self.path = path
         if self._on_open is not None:
             self._on_open(path)
-        return path, writer
 
     def _due(self, stamp: Time) -> bool:
         if self._split_bytes is not None and self._writer.size >= self._split_bytes:
             return self._writer.message_count > 0
         if self._split_ns is None:
             return False
-        now = stamp.secs * 1_000_000_000 + stamp.nsecs
+        now = stamp.to_nsec()
         if self._start_ns is None or now < self._start_ns:  # time jumped back: count from here
             self._start_ns = now
         passed = (now - self._start_ns) // self._split_ns
@@ -167,26 +173,13 @@ class BagSeries:
         return passed > 0
 
     def _next(self, stamp: Time) -> None:
-        self._finish()
+        self.close()
         self._number += 1
-        self._path, self._writer = self._open()
+        self._open()
         for (topic, _), message in self._latched.items():
             self._writer.write(topic, message, stamp)
         while self._keep is not None and len(self.paths) >= self._keep:
             os.remove(self.paths.pop(0))
-
-    def _finish(self) -> None:
-        self._writer.close()
-        try:
-            replace_file(self.active_path, self._path)
-            size = os.path.getsize(self._path)
-        except OSError as problem:
-            raise BagError(
-                f"the finished bag cannot be renamed to {self._path}: {problem.strerror}",
-                path=self.active_path,
-            ) from problem
-        self._finished_bytes += size
-        self.paths.append(self._path)
 
 
 def _check_free(path: str) -> None:

@@ -46,10 +46,6 @@ class Pacer:
         while self.now() < moment:
             self._sleep(0)  # yields the interpreter to the sending threads
 
-    def rest(self, seconds: float) -> None:
-        """Sleep for about that long."""
-        self._sleep(seconds)
-
     def _rest(self, seconds: float) -> None:
         before = self.now()
         self._sleep(seconds)
@@ -105,7 +101,7 @@ class RateControl:
 
     def _take(self, message: Any) -> None:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
-        self._reached_ns = self._position() if stamp is None else stamp.secs * NS + stamp.nsecs
+        self._reached_ns = self._position() if stamp is None else stamp.to_nsec()
 
 
 # -- /clock -------------------------------------------------------------------------------------------------

@@ -313,7 +313,8 @@ class Player:
                 self._stand(now)
                 continue
             if self._immediate:
-                self._hold_back()
+                if self.published % IMMEDIATE_BATCH == 0:
+                    self._flush(10.0)  # wait for subscribers that cannot keep up, so that nothing is dropped
                 self.position_ns = max(self.position_ns, time_ns)  # /clock must not go back
                 return True
             due = self._anchor + (time_ns - self._anchor_ns) / NS / self._rate
@@ -364,11 +365,6 @@ class Player:
             if now >= self._next_tick:
                 self._tick(now)
             self._pacer.wait_until(min(end, self._next_tick))
-
-    def _hold_back(self) -> None:
-        """When `immediate`, wait for subscribers that cannot keep up, so that nothing is dropped."""
-        if self.published % IMMEDIATE_BATCH == 0:
-            self._flush(10.0)
 
     def _flush(self, timeout: float) -> None:
         for publisher in self.publishers:

@@ -170,7 +170,18 @@ class Recorder:
         self._raised = False
         self._writer = threading.Thread(target=self._write, name="rosproto:record writer", daemon=True)
         self._finder = threading.Thread(target=self._find, name="rosproto:record topics", daemon=True)
-        self._start()
+        # The writer needs this for the first chunk; imported then, it would hold up the receiving threads.
+        importlib.import_module("numpy")
+        self._writer.start()
+        try:
+            for topic in self._selection.topics:
+                self._subscribe(topic)
+            if self._selection.is_open:
+                self._look()
+                self._finder.start()
+        except BaseException:
+            self.close()
+            raise
 
     # -- what a program calls -------------------------------------------------------------------------------
 
@@ -275,20 +286,6 @@ class Recorder:
         self._raise()
 
     # -- topics ---------------------------------------------------------------------------------------------
-
-    def _start(self) -> None:
-        # The writer needs this for the first chunk; imported then, it would hold up the receiving threads.
-        importlib.import_module("numpy")
-        self._writer.start()
-        try:
-            for topic in self._selection.topics:
-                self._subscribe(topic)
-            if self._selection.is_open:
-                self._look()
-                self._finder.start()
-        except BaseException:
-            self.close()
-            raise
 
     def _find(self) -> None:
         """Thread: subscribe to topics as they appear. The master may be away for a while."""

@@ -52,10 +52,10 @@ class Timeline:
         self._bags = list(bags)
         self._topics = None if topics is None else set(topics)
         self._check_topics()
-        stamps = [_ns(bag.start_time) for bag in bags if bag.start_time is not None]
-        ends = [_ns(bag.end_time) for bag in bags if bag.end_time is not None]
-        self.start_ns = (min(stamps) if stamps else 0) + round(start * NS)
-        self.end_ns = max(ends) if ends else 0
+        starts = [bag.start_time.to_nsec() for bag in bags if bag.start_time is not None]
+        ends = [bag.end_time.to_nsec() for bag in bags if bag.end_time is not None]
+        self.start_ns = min(starts, default=0) + round(start * NS)
+        self.end_ns = max(ends, default=0)
         if duration is not None:
             self.end_ns = min(self.end_ns, self.start_ns + round(duration * NS))
         self._offset = start
@@ -98,7 +98,7 @@ class Timeline:
         if self.end_ns < self.start_ns:
             return
         for _, message, stamp in bag.read_messages(self._topics, start, end, raw=True):
-            yield TimelineEntry(stamp.secs * NS + stamp.nsecs, number, message)
+            yield TimelineEntry(stamp.to_nsec(), number, message)
 
     def _last_before(self, number: int, connection: Connection) -> TimelineEntry | None:
         """A connection's last message before the span; reads chunks that may hold it, the latest first."""
@@ -111,7 +111,7 @@ class Timeline:
                 break
             span = _time(chunk.start), _time(min(chunk.end, limit))
             for _, message, stamp in bag.read_messages(None, *span, raw=True, connections=[connection]):
-                now = stamp.secs * NS + stamp.nsecs
+                now = stamp.to_nsec()
                 if last is None or now >= last.time_ns:
                     last = TimelineEntry(now, number, message)
         return last
@@ -124,11 +124,6 @@ class Timeline:
         if missing:
             names, there = ", ".join(map(repr, missing)), ", ".join(sorted(known)) or "none at all"
             raise BagError(f"no messages on topic {names}; there are {there}")
-
-
-def _ns(stamp: Time | None) -> int:
-    assert stamp is not None
-    return stamp.secs * NS + stamp.nsecs
 
 
 def _time(nanoseconds: int) -> Time:
