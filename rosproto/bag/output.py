@@ -18,7 +18,6 @@ from rosproto.errors import BagError
 
 LARGE = 1 << 16  # bytes; a piece of at least this size is not copied to join it with others
 AHEAD_BYTES = 16 << 20  # of chunks not yet written, uncompressed
-_MOST_PIECES = 512  # in one system call; POSIX promises 16, Linux and the BSDs take 1024
 
 Piece = bytes | memoryview
 
@@ -39,7 +38,6 @@ class BagOutputFile:
     """
 
     def __init__(self, file: str | os.PathLike[str] | BinaryIO, *, keep: bool) -> None:
-        self._writev: Callable[[int, list[Piece]], int] | None = None
         if isinstance(file, (str, os.PathLike)):
             self.path: str | None = os.fspath(file)
             self.existed = keep and os.path.exists(self.path)
@@ -51,7 +49,6 @@ class BagOutputFile:
                     f"cannot open the bag for writing: {problem.strerror}", path=self.path
                 ) from problem
             self._owned = True
-            self._writev = getattr(os, "writev", None)  # not on Windows
         else:
             name = getattr(file, "name", None)
             self.path = name if isinstance(name, str) else None
@@ -65,16 +62,11 @@ class BagOutputFile:
             OSError: Not all of them are written.
         """
         self.file.seek(at)
-        gathered = list(_gathered(pieces))
-        for first in range(0, len(gathered), _MOST_PIECES):
-            some = gathered[first : first + _MOST_PIECES]
-            done = self._writev(self.file.fileno(), some) if self._writev and len(some) > 1 else 0
-            for piece in some:
-                size = len(piece)
-                if done < size:
-                    self._put_rest(memoryview(piece)[done:])
-                done = max(0, done - size)
-                at += size
+        for piece in _gathered(pieces):
+            at += len(piece)
+            view = memoryview(piece)
+            while len(view):  # a raw file may take less than all of it
+                view = view[self.file.write(view) or 0 :]
         return at
 
     def truncate(self, size: int) -> None:
@@ -85,10 +77,6 @@ class BagOutputFile:
         """Close the file if it was opened here."""
         if self._owned:
             self.file.close()
-
-    def _put_rest(self, view: memoryview) -> None:
-        while len(view):  # a raw file may take less than all of it
-            view = view[self.file.write(view) or 0 :]
 
 
 def _gathered(pieces: Sequence[Piece]) -> Iterator[Piece]:

@@ -5,17 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 from rosproto.bag.bag_file import BagFile, BagLimits, Scanning, system_errors
-from rosproto.bag.chunk import ChunkData, chunk_header, read_index_times
+from rosproto.bag.chunk import chunk_header, read_index_times
 from rosproto.bag.index_section import open_index
 from rosproto.bag.inputs import Stamp, to_ns
-from rosproto.bag.message_offsets import MessageTable
 from rosproto.bag.messages import Decoders, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
-from rosproto.bag.time_order import Batch, TimeOrderedReader, runs_of
+from rosproto.bag.time_order import Batch, ChunkMessages, TimeOrderedReader
 from rosproto.codec import Message
 from rosproto.time import Time
 
@@ -206,51 +206,46 @@ class BagReader(TimeOrderedReader):
 
         Reads one chunk if chunks do not overlap.
         """
-        with system_errors(self.path):
-            return self._message_at(topic, to_ns(time), raw)
-
-    def _message_at(self, topic: str, limit: int, raw: bool) -> tuple[str, Any, Time] | None:
-        wanted = self._wanted(topic, None)
-        best: tuple[int, ChunkData, MessageTable] | None = None
+        wanted, limit = self._wanted(topic, None), to_ns(time)
+        best: tuple[int, ChunkMessages] | None = None
         chunks = [c for c in self.chunks if c.start <= limit and not wanted.isdisjoint(c.counts)]
-        for info in sorted(chunks, key=lambda c: (min(c.end, limit), c.pos), reverse=True):
-            if best is not None and info.end < best[0]:
-                break
-            found = self._rows(info, wanted, limit)
-            if found is not None and len(found[1].conn):
-                data, rows = found
-                times = rows.time
-                last = len(times) - 1 - int(times[::-1].argmax())
-                if best is None or times[last] > best[0]:
-                    best = int(times[last]), data, rows.take(_one(last))
-        if best is None:
-            return None
-        run = next(runs_of(Batch(best[2], best[1])))
-        return next(raw_messages(run, self._known, False) if raw else decoded_messages(run, self._decoders))
+        with system_errors(self.path):
+            for info in sorted(chunks, key=lambda c: (min(c.end, limit), c.pos), reverse=True):
+                if best is not None and info.end < best[0]:
+                    break
+                run = self._run(info, partial(self._read_chunk, info), wanted, None, limit)
+                if run is not None and run.places:
+                    _, secs, nsecs, *_ = run.places[-1]
+                    if best is None or secs * NS + nsecs > best[0]:
+                        best = secs * NS + nsecs, run._replace(places=run.places[-1:])
+            if best is None:
+                return None
+            run = best[1]
+            return next(
+                raw_messages(run, self._known, False) if raw else decoded_messages(run, self._decoders)
+            )
 
     def times(self, topic: str, *, step: Callable[[], None] | None = None) -> NDArray[np.int64]:
         """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages.
 
         `step` is called after each chunk with such messages.
         """
+        wanted = self._wanted(topic, None)
         with system_errors(self.path):
-            return self._times(self._wanted(topic, None), step)
+            import numpy as np
 
-    def _times(self, wanted: set[int], step: Callable[[], None] | None) -> NDArray[np.int64]:
-        import numpy as np
-
-        parts: list[NDArray[np.int64]] = [np.zeros(0, np.int64)]
-        for info in self.chunks:
-            if wanted.isdisjoint(info.counts):
-                continue
-            times = self._index_times(info, wanted)
-            if times is None:
-                found = self._rows(info, wanted)
-                times = parts[0] if found is None else found[1].time
-            parts.append(times)
-            if step is not None:
-                step()
-        return np.sort(np.concatenate(parts))
+            parts: list[NDArray[np.int64]] = [np.zeros(0, np.int64)]
+            for info in self.chunks:
+                if wanted.isdisjoint(info.counts):
+                    continue
+                times = self._index_times(info, wanted)
+                if times is None:
+                    found = self._rows(info, wanted)
+                    times = parts[0] if found is None else found.time
+                parts.append(times)
+                if step is not None:
+                    step()
+            return np.sort(np.concatenate(parts))
 
     def _index_times(self, info: ChunkInfo, wanted: Collection[int]) -> NDArray[np.int64] | None:
         """Times from the chunk's index records; None if there are no usable ones."""
@@ -374,9 +369,3 @@ class BagReader(TimeOrderedReader):
 
 def _as_time(nanoseconds: int) -> Time:
     return Time.from_wire(nanoseconds // NS, nanoseconds % NS)
-
-
-def _one(index: int) -> NDArray[np.intp]:
-    import numpy as np
-
-    return np.array([index], np.intp)

@@ -96,20 +96,20 @@ def op_of(fields: Mapping[str, bytes]) -> int:
     return op[0] if len(op) == 1 else -1
 
 
-def _number(fields: Mapping[str, bytes], name: str, layout: Struct) -> int:
+def _values(fields: Mapping[str, bytes], name: str, layout: Struct) -> tuple[int, ...]:
     try:
-        value: int = layout.unpack(fields[name])[0]
+        return layout.unpack(fields[name])
     except (KeyError, error):
         raise BagError(f"a record lacks a proper {name!r} field; the file is damaged here") from None
-    return value
+
+
+def _number(fields: Mapping[str, bytes], name: str, layout: Struct) -> int:
+    return _values(fields, name, layout)[0]
 
 
 def _time(fields: Mapping[str, bytes], name: str) -> int:
-    try:
-        secs, nsecs = _TIME.unpack(fields[name])
-    except (KeyError, error):
-        raise BagError(f"a record lacks a proper {name!r} field; the file is damaged here") from None
-    return int(secs * NS + nsecs)
+    secs, nsecs = _values(fields, name, _TIME)
+    return secs * NS + nsecs
 
 
 def _pack_time(time_ns: int) -> bytes:
@@ -317,12 +317,8 @@ def index_header(fields: Mapping[str, bytes]) -> tuple[int, int]:
 
 def message_header(fields: Mapping[str, bytes]) -> tuple[int, int, int]:
     """Connection id, secs and nsecs of a message record; BagError when it is malformed."""
-    connection_id = _number(fields, "conn", _U32)
-    try:
-        secs, nsecs = _TIME.unpack(fields["time"])
-    except (KeyError, error):
-        raise BagError("a message record lacks a proper 'time' field; the file is damaged here") from None
-    return connection_id, secs, nsecs
+    secs, nsecs = _values(fields, "time", _TIME)
+    return _number(fields, "conn", _U32), secs, nsecs
 
 
 def encode_contents(connections: Iterable[Connection], chunks: Iterable[ChunkInfo]) -> bytes:

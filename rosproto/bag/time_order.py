@@ -93,7 +93,8 @@ class TimeOrderedReader:
         ahead = ReadAhead(self._read_chunk, order, self._spans)
         for numbers in _overlapping(order):
             if len(numbers) == 1:
-                run = self._run(ahead, numbers[0], order, wanted, low, high)
+                take = partial(ahead.take, numbers[0])
+                run = self._run(order[numbers[0]], take, wanted, low, high)
                 if run is not None:
                     yield run
                 del run  # the next chunk reuses the memory, still in the cache
@@ -103,20 +104,19 @@ class TimeOrderedReader:
 
     def _run(
         self,
-        ahead: ReadAhead,
-        number: int,
-        order: Sequence[ChunkInfo],
+        info: ChunkInfo,
+        read: Callable[[], ChunkData],
         wanted: Collection[int],
         low: int | None,
         high: int | None,
     ) -> ChunkMessages | None:
-        """The messages of a chunk that overlaps no other."""
+        """The messages of a chunk, in time order; None if it is damaged and skipped."""
         self._source.check_open()
         try:
-            data = ahead.take(number)
+            data = read()
             places = data.places(wanted, low, high)
         except BagError as problem:
-            self._skipped(order[number], problem)
+            self._skipped(info, problem)
             return None
         return ChunkMessages(data.info, data.blob, data.base, places)
 
@@ -177,18 +177,15 @@ class TimeOrderedReader:
         """
         return read_chunk(self._source, info, self._spans[info.pos], most=most)
 
-    def _rows(
-        self, info: ChunkInfo, wanted: Collection[int], high: int | None = None
-    ) -> tuple[ChunkData, MessageTable] | None:
-        """A chunk and its wanted messages; None if it is damaged and skipped."""
+    def _rows(self, info: ChunkInfo, wanted: Collection[int]) -> MessageTable | None:
+        """A chunk's wanted messages; None if it is damaged and skipped."""
         self._source.check_open()
         try:
             data = self._read_chunk(info)
         except BagError as problem:
             self._skipped(info, problem)
             return None
-        rows = self._select(data, wanted, None, high)
-        return None if rows is None else (data, rows)
+        return self._select(data, wanted, None, None)
 
     def _select(
         self, data: ChunkData, wanted: Collection[int], low: int | None, high: int | None

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import os
 import threading
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -39,16 +39,18 @@ class WorkerPool:
         self._name = "rosproto:" + name
         self._most = most
         self._daemon = daemon
-        self._waiting: SimpleQueue[tuple[Future[Any], Callable[[], Any]]] = SimpleQueue()
-        self._lock = threading.RLock()  # reentrant: a signal handler may add a task
+        # Not SimpleQueue: on a busy machine, its `get` may wait for ever in spite of its timeout.
+        self._waiting: deque[tuple[Future[Any], Callable[[], Any]]] = deque()
+        self._changed = threading.Condition()  # reentrant: a signal handler may add a task
         self._threads = 0
 
     def add(self, work: Callable[[], T]) -> Future[T]:
         """Queue work, and start a thread unless enough are running."""
         task: Future[T] = Future()
-        self._waiting.put((task, work))
-        with self._lock:
+        with self._changed:
+            self._waiting.append((task, work))
             if self._threads >= self._most:
+                self._changed.notify()
                 return task
             self._threads += 1
         try:
@@ -60,14 +62,11 @@ class WorkerPool:
     def _run(self, linger: float) -> None:
         """Run tasks until none was waiting for `linger` seconds."""
         while True:
-            try:
-                task, work = self._waiting.get(timeout=linger)
-            except Empty:
-                with self._lock:
-                    if self._waiting.empty():
-                        self._threads -= 1
-                        return
-                continue
+            with self._changed:
+                if not self._changed.wait_for(lambda: bool(self._waiting), linger):
+                    self._threads -= 1
+                    return
+                task, work = self._waiting.popleft()
             try:
                 result = work()
             except BaseException as problem:

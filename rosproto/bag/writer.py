@@ -324,9 +324,7 @@ class BagWriter:
         out = self._by_identity.get(key)
         if out is None or out.encode is not encode:
             out = _OutgoingConnection(connection, encode)
-            known = self._by_identity.setdefault(key, out)
-            if known is not out and known.head:
-                out.connection, out.head, out.index = known.connection, known.head, known.index
+            self._by_identity.setdefault(key, out)
         return out
 
     def _announce(self, out: _OutgoingConnection) -> None:

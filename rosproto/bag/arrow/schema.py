@@ -15,7 +15,7 @@ from typing import Any
 
 from rosproto.bag.records import Connection
 from rosproto.codec import Message
-from rosproto.codec.layout import FieldLayout, Layout
+from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.errors import BagError, DefinitionError
 
 WantedFields = Mapping[str, Any]
@@ -158,22 +158,7 @@ def _metadata(layout: Layout) -> dict[str, dict[str, str]]:
 
 def number_type(field: FieldLayout) -> Any:
     """The Arrow type of a number, or of a number in an array."""
-    return _NUMBERS[field.code](pyarrow())
-
-
-_NUMBERS: dict[str, Any] = {
-    "?": lambda pa: pa.bool_(),
-    "b": lambda pa: pa.int8(),
-    "B": lambda pa: pa.uint8(),
-    "h": lambda pa: pa.int16(),
-    "H": lambda pa: pa.uint16(),
-    "i": lambda pa: pa.int32(),
-    "I": lambda pa: pa.uint32(),
-    "q": lambda pa: pa.int64(),
-    "Q": lambda pa: pa.uint64(),
-    "f": lambda pa: pa.float32(),
-    "d": lambda pa: pa.float64(),
-}
+    return pyarrow().from_numpy_dtype(DTYPES[field.base])
 
 
 # -- the optional library -----------------------------------------------------------------------------------

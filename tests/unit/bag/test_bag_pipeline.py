@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import gc
 import io
-import os
 import platform
 import subprocess
 import sys
@@ -249,22 +248,6 @@ def test_files_that_take_and_give_a_part_of_what_is_asked(compression):
     file = Dribble()
     write(file, blocks(6), compression).close()
     assert indices(BagReader(file)) == list(range(6))
-
-
-def test_a_system_call_that_writes_less_is_continued(tmp_path, monkeypatch):
-    """writev may stop anywhere, also in the middle of a piece."""
-    if not hasattr(os, "writev"):
-        pytest.skip("no writev on this system")
-    real = os.writev
-
-    def some(fd: int, pieces: list[bytes]) -> int:
-        return real(fd, [b"".join(pieces)[:1234]])
-
-    monkeypatch.setattr(os, "writev", some)
-    write(tmp_path / "a.bag", blocks(6), "none").close()
-    with BagReader(tmp_path / "a.bag") as bag:
-        assert bag.damage == []
-        assert indices(bag) == list(range(6))
 
 
 def test_damage_ahead_is_told_when_its_turn_comes(helpers, tmp_path):
