@@ -27,8 +27,8 @@ PUBLIC_IN_SPITE = frozenset(
     [
         # Of a message class: all names without an underscore are for its fields. What it documents is public.
         *re.findall(r"^ {8}(_\w+):", Message.__doc__ or "", re.MULTILINE),
-        # Given to each message class when it is made: its decoders.
-        *("_decode", "_whole"),
+        # Given to each message class when it is made: its decoder.
+        "_decode",
         # Of genpy: AnyMsg, messages, and services.
         *("_buff", "_check_types", "_get_types", "_request_class", "_response_class"),
         # Of the standard library, which documents them.

@@ -85,11 +85,11 @@ class Binding:
     # -- the functions -----------------------------------------------------------------------
 
     def function(self, name: str) -> Callable[..., Any]:
-        """One of "encode", "parts", "decode", "whole", "fill", generated on first use."""
+        """One of "encode", "parts", "decode", "fill", generated on first use."""
         found = self._functions.get(name)
         if found is None:
             found = self._functions[name] = getattr(self, f"_make_{name}")()
-            if name in ("encode", "decode", "whole", "fill"):
+            if name in ("encode", "decode", "fill"):
                 # A function, not a staticmethod: Python 3.11 loads methods with one instruction.
                 type.__setattr__(self.cls, f"_{name}", found)
         return found
@@ -114,20 +114,6 @@ class Binding:
 
         return decode_function(
             self.layout, self.value_style, self.maker, fail=self._decode_again, other=self._decode_general
-        )
-
-    def _make_whole(self) -> Callable[..., Any]:
-        if self.layout.sparse:
-            return lambda data: self._decode_slowly(_copied(data), 0, memoryview(data).nbytes)
-        from rosproto.codec.decode_generator import decode_function
-
-        return decode_function(
-            self.layout,
-            self.value_style,
-            self.maker,
-            whole=True,
-            fail=self._whole_again,
-            other=lambda data: self.function("whole")(_copied(data)),
         )
 
     def _make_encode(self) -> Callable[..., Any]:
@@ -163,10 +149,6 @@ class Binding:
             return self.function("general_decode")(data, start, end)
         return self._decode_slowly(data, start, end, error)
 
-    def _whole_again(self, data: Any, error: Exception) -> Any:
-        data = _copied(data)
-        return self._decode_again(data, 0, len(data), error)
-
     def _decode_slowly(self, data: Any, start: int, end: int, error: Exception | None = None) -> Any:
         """Decode with the reference codec, which names a wrong field and supports sparse layouts."""
         from rosproto.codec.reference import decode_layout
@@ -192,11 +174,6 @@ class Binding:
             return encode_layout(self.layout, to_plain(self.layout, message))
         except CodecError as found:
             raise self.value_style.encode_error(found) from None
-
-
-def _copied(data: Any) -> bytes:
-    """Copy any buffer to bytes; TypeError for other objects (`bytes(5)` would be five zeros)."""
-    return data if type(data) is bytes else memoryview(data).tobytes()
 
 
 def to_plain(layout: Layout, message: Any) -> Any:

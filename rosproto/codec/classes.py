@@ -139,7 +139,6 @@ def _make_class(
         _fill=binding.stub("fill"),
         _encode=binding.stub("encode"),
         _decode=binding.stub("decode"),
-        _whole=binding.stub("whole"),
     )
     cls: Any = MessageMeta(base_name, (value_style.base or Message,), namespace)
     for name in names:

@@ -60,7 +60,6 @@ def decode_function(
     *,
     general: bool = False,
     partial: bool = False,
-    whole: bool = False,
     fail: Callable[..., Any] | None = None,
     other: Callable[..., Any] | None = None,
 ) -> Callable[..., Any]:
@@ -72,11 +71,10 @@ def decode_function(
         maker: Returns a fast constructor for a type name, also for "time" and "duration".
         general: Accept any buffer and any text, slower; else bytes (or bytearray if no views are made).
         partial: Return (message, next offset) without checking the end or catching errors.
-        whole: Generate `decode(b) -> message` instead: the buffer is exactly one message.
         fail: Called with the arguments and the exception on errors.
         other: Called with the arguments for buffers that are not bytes.
     """
-    writer = _DecodeWriter(layout, value_style, maker, general=general, whole=whole)
+    writer = _DecodeWriter(layout, value_style, maker, general=general)
     writer.write(partial=partial, fail=fail, other=other)
     return writer.src.compile("decode", layout.spec.name)
 
@@ -94,21 +92,17 @@ class _DecodeWriter:
         maker: Callable[[str], Any],
         *,
         general: bool,
-        whole: bool = False,
     ) -> None:
         self.layout = layout
         self.value_style = value_style
         self.maker = maker
         self.general = general
         self.views = value_style.views and layout.has_numbers
-        self.whole = whole
-        self.exact = whole and bool(layout.fixed_size) and not _has_arrays(layout)
-        """One struct reads the whole message and checks the size of the buffer."""
-        self.src = Source("def decode(b):" if whole else "def decode(b, o, e):")
+        self.src = Source("def decode(b, o, e):")
         self.src.globals["ValueError"] = ValueError
         self.src.globals["range"] = range
         self.src.globals["len"] = len
-        self.base = "0" if whole else "o"
+        self.base = "o"
         self.delta = 0
         self.codes: list[str] = []
         self.targets: list[str] = []
@@ -150,9 +144,8 @@ class _DecodeWriter:
             while self.codes[-1].endswith("x"):
                 self.codes.pop()
             comma = "," if len(self.targets) == 1 else ""
-            unpack = self.src.struct(self.codes, "unpack" if self.exact else "unpack_from")
-            arguments = "b" if self.exact else f"b, {self.at()}"
-            self.src.line(f"{', '.join(self.targets)}{comma} = {unpack}({arguments})")
+            unpack = self.src.struct(self.codes, "unpack_from")
+            self.src.line(f"{', '.join(self.targets)}{comma} = {unpack}(b, {self.at()})")
         self.delta += self.run
         self.codes, self.targets, self.run = [], [], 0
 
@@ -246,18 +239,15 @@ class _DecodeWriter:
         self, *, partial: bool, fail: Callable[..., Any] | None, other: Callable[..., Any] | None
     ) -> None:
         src = self.src
-        arguments = "b" if self.whole else "b, o, e"
-        if other is not None and (self.views or (self.whole and not self.exact)):
+        if other is not None and self.views:
             src.globals["type"], src.globals["bytes"] = type, bytes
             src.indent("if type(b) is not bytes:")
-            src.line(f"return {src.constant(other)}({arguments})")
+            src.line(f"return {src.constant(other)}(b, o, e)")
             src.dedent()
         if not partial:
             src.indent("try:")
         if self.views and self.general and not partial:
             src.line(f"b = {src.constant(arrays.read_only)}(b)")
-        if self.whole and not self.exact:
-            src.line("e = len(b)")
         top = src.fresh("m")
         src.line(f"{top} = {self.create(self.layout.spec.name)}()")
         if not partial:
@@ -267,12 +257,11 @@ class _DecodeWriter:
         if partial:
             src.line(f"return {top}, {self.at()}")
             return
-        if not self.exact:
-            src.line(f"if {self.at()} != e: raise ValueError")
+        src.line(f"if {self.at()} != e: raise ValueError")
         src.line(f"return {top}")
         src.dedent()
         src.indent(f"except {src.constant(ERRORS)} as x:")
-        src.line(f"return {src.constant(fail)}({arguments}, x)")
+        src.line(f"return {src.constant(fail)}(b, o, e, x)")
         src.dedent()
 
     # -- fields ------------------------------------------------------------------------------
@@ -514,10 +503,6 @@ class _DecodeWriter:
         src.dedent()
         src.line(f"i += {size}*len({items})")
         src.dedent()
-
-
-def _has_arrays(layout: Layout) -> bool:
-    return any(field.is_array or (field.layout and _has_arrays(field.layout)) for field in layout.fields)
 
 
 def plain_bytes(buffer: Any, count: int, offset: int) -> bytes:

@@ -38,7 +38,9 @@ def decode(cls: type[M], data: bytes | bytearray | memoryview) -> M:
         CodecError: Bytes and definition disagree, bytes are missing or left over; names field and offset.
         TypeError: `data` is no buffer of bytes.
     """
-    return cls._whole(data)  # type: ignore[no-any-return]
+    if type(data) is not bytes:
+        data = memoryview(data).tobytes()
+    return cls._decode(data, 0, len(data))  # type: ignore[no-any-return]
 
 
 def encoder(cls: type[M]) -> Callable[[M], bytes]:

@@ -126,7 +126,6 @@ class Message(metaclass=MessageMeta):
     _fill: ClassVar[Any] = _only_a_base
     _encode: ClassVar[Any] = _only_a_base
     _decode: ClassVar[Any] = _only_a_base
-    _whole: ClassVar[Any] = _only_a_base
 
     def _get_types(self) -> list[str]:
         return list(self._slot_types)
@@ -271,10 +270,6 @@ class AnyMsg(Message):
         message._buff = bytes(data[start:end])
         message._connection_header = None
         return message
-
-    @staticmethod
-    def _whole(data: Any) -> Any:
-        return AnyMsg._decode(data, 0, len(data))
 
     _names = frozenset({"_buff"})
 

@@ -191,7 +191,6 @@ def node_class(cls: Any) -> Any:
             "_binding": None,
             "_encode": staticmethod(encode),
             "_decode": staticmethod(decode),
-            "_whole": staticmethod(lambda data: decode(data, 0, len(data))),
             "__slots__": tuple(cls.__slots__),
         },
     )
