@@ -105,46 +105,15 @@ __all__ = [
 ]
 
 _HOME = {
-    "rosproto.action": ("ActionClient", "ActionServer", "GoalStatus"),
-    "rosproto.bag": ("BagReader", "BagWriter"),
-    "rosproto.codec": (
-        "AnyMsg",
-        "Message",
-        "ServiceType",
-        "decode",
-        "define",
-        "encode",
-        "message_class",
-        "service_class",
-    ),
-    "rosproto.master": ("Master",),
-    "rosproto.node": (
-        "Event",
-        "EventKind",
-        "MasterClient",
-        "Node",
-        "NodeClient",
-        "Publisher",
-        "ServiceClient",
-        "ServiceServer",
-        "Subscriber",
-    ),
+    "rosproto.action": "ActionClient ActionServer GoalStatus",
+    "rosproto.bag": "BagReader BagWriter",
+    "rosproto.codec": "AnyMsg Message ServiceType decode define encode message_class service_class",
+    "rosproto.master": "Master",
+    "rosproto.node": "Event EventKind MasterClient Node NodeClient Publisher ServiceClient ServiceServer "
+    "Subscriber",
 }
-_MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
-_SUBMODULES = (
-    "action",
-    "aio",
-    "bag",
-    "codec",
-    "errors",
-    "gateway",
-    "master",
-    "msg",
-    "names",
-    "node",
-    "recording",
-    "tf",
-)
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names.split()}
+_SUBMODULES = "action aio bag codec errors gateway master msg names node recording tf".split()
 
 
 def __getattr__(name: str) -> object:

@@ -9,9 +9,8 @@ from weakref import WeakSet
 
 from rosproto.aio.actions import ActionClient, ActionServer
 from rosproto.aio.mailbox import Mailbox
-from rosproto.aio.opening import Closable, PendingOpen
 from rosproto.aio.parameters import Parameters
-from rosproto.aio.pool import Pool
+from rosproto.aio.pool import Closable, PendingOpen, Pool
 from rosproto.aio.services import ServiceClient, ServiceServer, handler_in_loop
 from rosproto.aio.topics import Publisher, Subscriber
 from rosproto.errors import ConnectionLost

@@ -6,8 +6,7 @@ from collections.abc import AsyncIterator, Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.aio.mailbox import Closed, Mailbox
-from rosproto.aio.opening import PendingOpen
-from rosproto.aio.pool import Pool
+from rosproto.aio.pool import PendingOpen, Pool
 
 if TYPE_CHECKING:
     from rosproto.node.parameters import Parameters as ThreadedParameters

@@ -10,8 +10,8 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import Callable
-from typing import Any, Generic, TypeVar
+from collections.abc import Awaitable, Callable, Generator
+from typing import Any, Generic, Protocol, TypeVar
 
 from rosproto.logs import get_logger
 
@@ -210,3 +210,35 @@ def notify(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *argum
             raise
         return False
     return True
+
+
+class Closable(Protocol):
+    """An object with an awaited `close`."""
+
+    async def close(self) -> None: ...
+
+
+C = TypeVar("C", bound=Closable)
+
+
+class PendingOpen(Generic[C]):
+    """`sub = await node.subscriber(...)`, or `async with node.subscriber(...) as sub:`, which closes it.
+
+    A task that is cancelled while opening has opened nothing. Leaving the block always closes completely,
+    also when cancelled.
+    """
+
+    def __init__(self, open_it: Callable[[], Awaitable[C]]) -> None:
+        self._open_it = open_it
+        self._opened: C | None = None
+
+    def __await__(self) -> Generator[Any, None, C]:
+        return self._open_it().__await__()
+
+    async def __aenter__(self) -> C:
+        self._opened = await self._open_it()
+        return self._opened
+
+    async def __aexit__(self, *exc_info: object) -> None:
+        if self._opened is not None:
+            await self._opened.close()

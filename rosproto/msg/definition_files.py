@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from functools import cached_property
 from importlib import import_module
 from typing import Protocol
 
@@ -59,47 +60,23 @@ class FileTree:
 
 
 class ResourceTree:
-    """Data files of an importable package in a folder, a zip or a frozen program.
-
-    `loader.get_data` reads files, as in pkgutil.get_data. importlib.resources takes 5 to 15 ms to import and
-    is only used for packages that are no plain folder.
-    """
+    """Data files of an importable package that is no plain folder: in a zip, or in a frozen program."""
 
     def __init__(self, package: str) -> None:
-        # Imported by name: the package's modules import the codec, a layer above; only its texts are used.
-        module = import_module(package)
+        from importlib.resources import files  # takes 5 to 15 ms to import
+
         self.package = package
-        self._root = self.root = module.__path__[0]
-        self._loader = getattr(module.__spec__, "loader", None)
-        self._names: dict[tuple[str, ...], frozenset[str]] = {}
+        self._files = files(package)
 
     def names(self, *parts: str) -> frozenset[str]:
-        found = self._names.get(parts)
-        if found is None:
-            found = self._names[parts] = self._list(parts)
-        return found
-
-    def _list(self, parts: tuple[str, ...]) -> frozenset[str]:
         try:
-            return frozenset(os.listdir(os.path.join(self._root, *parts)))
-        except OSError:
-            if os.path.isdir(self._root):
-                return frozenset()
-        from importlib.resources import files
-
-        try:
-            return frozenset(entry.name for entry in files(self.package).joinpath("/".join(parts)).iterdir())
+            return frozenset(entry.name for entry in self._files.joinpath("/".join(parts)).iterdir())
         except (OSError, ValueError, KeyError):  # loaders differ in the error for a missing folder
             return frozenset()
 
     def read(self, *parts: str) -> str:
-        get_data = getattr(self._loader, "get_data", None)
         try:
-            if get_data is not None:
-                return _text(get_data(os.path.join(self._root, *parts)))
-            from importlib.resources import files
-
-            return _text(files(self.package).joinpath("/".join(parts)).read_bytes())
+            return _text(self._files.joinpath("/".join(parts)).read_bytes())
         except OSError as error:
             raise DefinitionError(f"cannot be read: {error}", file=self.describe(*parts)) from error
 
@@ -123,7 +100,6 @@ class Folder:
         self.tree = tree
         self.parts = parts
         self._names: dict[str, frozenset[str]] = {}
-        self._aliases: dict[str, str] | None = None
 
     @property
     def path(self) -> str | None:
@@ -155,18 +131,17 @@ class Folder:
 
     def aliases(self) -> dict[str, str]:
         """Aliases of types: alias -> name of the definition."""
-        if self._aliases is None:
-            self._aliases = {other: name for other, name in self._alias_lines() if "." not in other}
-        return self._aliases
+        return {other: name for other, name in self._alias_lines if "." not in other}
 
     def field_aliases(self, base: str) -> list[tuple[str, str]]:
         """Pairs of names of the same field of a message."""
         return [
             (other.partition(".")[2], name)
-            for other, name in self._alias_lines()
+            for other, name in self._alias_lines
             if other.partition(".")[0] == base and "." in other
         ]
 
+    @cached_property
     def _alias_lines(self) -> list[tuple[str, str]]:
         if "aliases.txt" not in self.tree.names(*self.parts):
             return []
@@ -195,7 +170,9 @@ class DefinitionSource:
 
 def bundled_source() -> DefinitionSource:
     """The definitions that ship as package data in `msgdefs`."""
-    tree = ResourceTree("msgdefs")
+    # Imported by name: the package's modules import the codec, a layer above; only its texts are used.
+    root = import_module("msgdefs").__path__[0]
+    tree: Tree = FileTree(root) if os.path.isdir(root) else ResourceTree("msgdefs")
     return DefinitionSource(
         "msgdefs", {name: [Folder(tree, name)] for name in tree.names() if is_legal_base(name)}
     )

@@ -7,10 +7,14 @@
 Source: wiki.ros.org/tf2, REP 105.
 """
 
-from rosproto.tf.broadcaster import StaticTransformBroadcaster, TransformBroadcaster
-from rosproto.tf.buffer import TransformBuffer
-from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
-from rosproto.tf.listener import TransformListener
+from rosproto.tf.buffer import (
+    ExtrapolationError,
+    NotConnected,
+    TransformBuffer,
+    TransformError,
+    UnknownFrame,
+)
+from rosproto.tf.topics import StaticTransformBroadcaster, TransformBroadcaster, TransformListener
 from rosproto.tf.transform import Transform
 from rosproto.tf.tree import History, Sample
 

@@ -1,4 +1,4 @@
-"""`TransformBuffer`: thread-safe lookups, with waiting, over a `FrameTree` (rosproto/tf/tree.py).
+"""`TransformBuffer`: thread-safe lookups, with waiting, over a `FrameTree` (rosproto/tf/tree.py); its errors.
 
 Source: tf2 buffer_core.cpp; REP 105 (frame names), wiki.ros.org/tf2.
 """
@@ -10,9 +10,8 @@ import math
 import threading
 from typing import Any, NoReturn
 
-from rosproto.errors import RosTimeout
+from rosproto.errors import RosError, RosTimeout
 from rosproto.quaternion import normalized
-from rosproto.tf.errors import ExtrapolationError, NotConnected, TransformError, UnknownFrame
 from rosproto.tf.transform import Stamped, Transform, nanoseconds
 from rosproto.tf.tree import (
     LONGEST_NAME,
@@ -257,3 +256,79 @@ def checked(transform: Transform) -> Sample:
     if abs(square - 1) > UNIT_TOLERANCE:
         raise ValueError(f"{parent} -> {child}: the rotation has length {math.sqrt(square):.6g}, expected 1")
     return Sample(transform.stamp_ns, parent, transform.translation, normalized(transform.rotation))
+
+
+class TransformError(RosError, LookupError):
+    """There is no such transform.
+
+    Attributes:
+        target: Frame requested.
+        source: Frame of the data.
+    """
+
+    def __init__(self, message: str, *, target: str = "", source: str = "") -> None:
+        super().__init__(f"{target} <- {source}: {message}" if target else message)
+        self.target = target
+        self.source = source
+
+
+class UnknownFrame(TransformError):
+    """The frame has not been published.
+
+    Attributes:
+        frame: The frame.
+    """
+
+    def __init__(self, message: str, *, frame: str, target: str = "", source: str = "") -> None:
+        super().__init__(message, target=target, source=source)
+        self.frame = frame
+
+
+class NotConnected(TransformError):
+    """Both frames are known, but belong to separate trees.
+
+    Attributes:
+        target_root, source_root: The root of each tree.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        target: str = "",
+        source: str = "",
+        target_root: str = "",
+        source_root: str = "",
+    ) -> None:
+        super().__init__(message, target=target, source=source)
+        self.target_root = target_root
+        self.source_root = source_root
+
+
+class ExtrapolationError(TransformError):
+    """The requested time is outside the known range.
+
+    Attributes:
+        parent, child: The edge of the tree that is unknown at that time.
+        requested: Requested time, seconds.
+        earliest, latest: Known range of that edge, seconds.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        target: str = "",
+        source: str = "",
+        parent: str = "",
+        child: str = "",
+        requested: float = 0.0,
+        earliest: float = 0.0,
+        latest: float = 0.0,
+    ) -> None:
+        super().__init__(message, target=target, source=source)
+        self.parent = parent
+        self.child = child
+        self.requested = requested
+        self.earliest = earliest
+        self.latest = latest

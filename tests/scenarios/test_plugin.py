@@ -71,7 +71,7 @@ def test_the_schedule_of_the_sim_command(capsys):
     assert main(["sim", "--port", "0", "--for", "0.01", "--at", "0.005=estop"]) == 0  # noticed after the end
     assert "now: estop" in capsys.readouterr().out
     assert main(["sim", "--port", "0", "--at", "1=earthquake"]) == 2
-    assert FAULTS[0] in capsys.readouterr().err
+    assert next(iter(FAULTS)) in capsys.readouterr().err
 
 
 def test_a_slow_network_delays_what_is_heard(sim, chassis):

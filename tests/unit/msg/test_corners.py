@@ -83,21 +83,6 @@ def test_definitions_in_a_zip(zipped: str) -> None:
         tree.read("m", "msg", "Gone.msg")
 
 
-def test_definitions_behind_a_loader_that_only_imports(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Without get_data, importlib.resources reads too."""
-    (tmp_path / "plain_definitions" / "m").mkdir(parents=True)
-    (tmp_path / "plain_definitions" / "__init__.py").write_text("")
-    (tmp_path / "plain_definitions" / "m" / "Foo.msg").write_text("int8 y\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    tree = ResourceTree("plain_definitions")
-    tree._loader = None
-    assert tree.read("m", "Foo.msg") == "int8 y\n"
-    assert tree.names("m") == {"Foo.msg"}
-    assert tree.names("none") == frozenset()
-
-
 def test_folders_are_searched_to_a_depth(tmp_path: Path) -> None:
     """A home folder given by mistake does not take minutes; hidden and ignored folders are left out."""
     deep = tmp_path

@@ -32,26 +32,27 @@ if TYPE_CHECKING:
     from woosh_pure.sim import SimulatedChassis
 
 
-FAULTS = (
-    "estop",
-    "release",
-    "free",
-    "lost",
-    "manual",
-    "automatic",
-    "cable",
-    "uncable",
-    "obstacle:X:Y",
-    "clear",
-    "failtask",
-    "slow:SECONDS",
-    "silent:SECONDS",
-    "drop:SECONDS",
-    "restart-master",
-    "crash:NODE",
-    "compete:X:Y",
-    "code:NUMBER",
-)
+FAULTS: dict[str, Callable[..., object]] = {
+    "estop": lambda sim: sim.press_emergency_stop(),
+    "release": lambda sim: sim.release_emergency_stop(),
+    "free": lambda sim: sim.release_bumper(),
+    "lost": lambda sim: sim.lose_localization(),
+    "manual": lambda sim: sim.set_mode(RobotMode.MANUAL),
+    "automatic": lambda sim: sim.set_mode(RobotMode.AUTOMATIC),
+    "cable": lambda sim: sim.plug_cable(),
+    "uncable": lambda sim: sim.plug_cable(False),
+    "obstacle:X:Y": lambda sim, x, y: sim.add_obstacle(to_float(x), to_float(y)),
+    "clear": lambda sim: sim.remove_obstacles(),
+    "failtask": lambda sim: sim.fail_task(),
+    "slow:SECONDS": lambda sim, s: sim.slow_network(to_float(s)),
+    "silent:SECONDS": lambda sim, s: sim.fall_silent(to_float(s)),
+    "drop:SECONDS": lambda sim, s: sim.drop_link(to_float(s)),
+    "restart-master": lambda sim: sim.restart_master(),
+    "crash:NODE": lambda sim, node: sim.crash_node(node),
+    "compete:X:Y": lambda sim, x, y: sim.compete(to_float(x), to_float(y)),
+    "code:NUMBER": lambda sim, number: sim.report(to_int(number)),
+}
+"""What --at may cause, by its form: called with the simulated chassis and the values as texts."""
 
 
 def add_sim(parser: ArgumentParser) -> None:
@@ -209,32 +210,14 @@ def _parse_at(text: str) -> tuple[float, str]:
 
 def inject(sim: SimulatedChassis, fault: str) -> None:
     """Cause a fault of `FAULTS`."""
-
     name, *values = fault.split(":")
-    actions: dict[str, Callable[[], object]] = {
-        "estop": sim.press_emergency_stop,
-        "release": sim.release_emergency_stop,
-        "free": sim.release_bumper,
-        "lost": sim.lose_localization,
-        "manual": lambda: sim.set_mode(RobotMode.MANUAL),
-        "automatic": lambda: sim.set_mode(RobotMode.AUTOMATIC),
-        "cable": sim.plug_cable,
-        "uncable": lambda: sim.plug_cable(False),
-        "obstacle": lambda: sim.add_obstacle(to_float(values[0]), to_float(values[1])),
-        "clear": sim.remove_obstacles,
-        "failtask": sim.fail_task,
-        "slow": lambda: sim.slow_network(to_float(values[0])),
-        "silent": lambda: sim.fall_silent(to_float(values[0])),
-        "drop": lambda: sim.drop_link(to_float(values[0])),
-        "restart-master": sim.restart_master,
-        "crash": lambda: sim.crash_node(values[0]),
-        "compete": lambda: sim.compete(to_float(values[0]), to_float(values[1])),
-        "code": lambda: sim.report(to_int(values[0])),
-    }
+    form = next(form for form in FAULTS if form.partition(":")[0] == name)
+    wanted = form.count(":")
+    wrong = say("--at {fault}: expected {form}", fault=fault, form=form)
+    if len(values) < wanted:
+        raise ValueError(wrong)
     try:
-        actions[name]()
-    except (IndexError, ValueError) as error:
-        form = next(form for form in FAULTS if form.partition(":")[0] == name)
-        wrong = say("--at {fault}: expected {form}", fault=fault, form=form)
-        told = values and not isinstance(error, (IndexError, NotANumber))
+        FAULTS[form](sim, *values[:wanted])
+    except ValueError as error:
+        told = values and not isinstance(error, NotANumber)
         raise ValueError(led(wrong, str(error)) if told else wrong) from error
