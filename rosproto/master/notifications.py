@@ -51,7 +51,7 @@ class Shutdown(NamedTuple):
     """A request to end, for a node whose name was taken over by another one.
 
     The other fields describe that node; the notifier uses them to find out whether the process that listens
-    at `uri` now is still that node (`identity.py`).
+    at `uri` now is still that node (`slave_calls.py`).
 
     Attributes:
         uri: XML-RPC URI under which the name was registered before.

@@ -10,7 +10,8 @@ import struct
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from rosproto.codec import AnyMsg, prepare
+from rosproto.codec import AnyMsg, Message, prepare
+from rosproto.codec.conversion import Conversion
 from rosproto.errors import CodecError
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.stats import LinkStats
@@ -204,3 +205,48 @@ def _raw_frame(data: bytes | bytearray | memoryview) -> Frame:
     if len(data) < LARGE:
         return small_frame(bytes(data))
     return LargeFrame([data if isinstance(data, bytes) else memoryview(data)])
+
+
+class ConvertedOutput:
+    """One revision and the links that get it: a message is encoded once for all of them.
+
+    Attributes:
+        type: The subscribers' revision.
+        conversion: From the publication's type to `type`.
+        links: An immutable tuple that is replaced as a whole, so it is read without a lock.
+    """
+
+    def __init__(self, ours: TopicType, theirs: type[Message]) -> None:
+        self.type = TopicType(theirs)
+        self.conversion = Conversion(ours.message_class, theirs)
+        self.links: tuple[OutgoingLink, ...] = ()
+        self._ours = ours
+        self._seq = itertools.count(1)
+
+    def prepare(self) -> None:
+        """As `FrameEncoder.prepare`."""
+        prepare(self.type.message_class)
+
+    def frame(self, message: Any) -> bytes:
+        """Convert one of our messages, or its encoded bytes, to a frame of the revision.
+
+        Raises:
+            CodecError: A value does not fit the revision; the text names the field.
+        """
+        if isinstance(message, (bytes, bytearray, memoryview, AnyMsg)):  # from a relay, not decoded yet
+            data = bytes(message._buff if isinstance(message, AnyMsg) else message)
+            message = self._ours.decode(data, 0, len(data))
+        body = self.type.encode(self.conversion.convert(message))
+        seq = next(self._seq) & 0xFFFFFFFF if self.type.message_class._has_header else None
+        return small_frame(body, seq)
+
+    def convert_frame(self, frame: bytes | LargeFrame) -> bytes:
+        """Convert a frame of the publication's own type (a latched one)."""
+        whole = frame if isinstance(frame, bytes) else frame.owned()
+        return self.frame(memoryview(whole)[4:])
+
+    def send(self, message: Any) -> None:
+        """Send a message to every link of this revision."""
+        frame = self.frame(message)
+        for link in self.links:
+            link.send(frame)

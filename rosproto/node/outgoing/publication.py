@@ -17,15 +17,19 @@ from time import perf_counter
 from typing import Any, Protocol
 
 from rosproto.codec import Message
-from rosproto.errors import CodecError, ConnectionLost, RosError
+from rosproto.codec.conversion import ConversionError
+from rosproto.errors import CodecError, ConnectionLost, Md5sumMismatch, RosError, TooLarge
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
+from rosproto.node.definitions.md5sum_mismatch import explained, note_differences
 from rosproto.node.definitions.topic_type import TopicType
-from rosproto.node.events import Event, EventKind, is_interrupt
+from rosproto.node.events import Event, EventKind, is_interrupt, without_frames
 from rosproto.node.graph import api_client
+from rosproto.node.graph.listening import refuse
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import RegistrationCall
 from rosproto.node.outgoing.frames import (
+    ConvertedOutput,
     Frame,
     FrameEncoder,
     LargeFrame,
@@ -34,11 +38,11 @@ from rosproto.node.outgoing.frames import (
     send_frame,
     small_frame,
 )
-from rosproto.node.outgoing.handshake_replies import ConvertedOutput, HandshakeReplies
 from rosproto.node.outgoing.reconnect import SubscriberReconnect
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.connection_header import encode_header
+from rosproto.protocol.handshake import check_subscriber_header, publisher_header
 from rosproto.transport.deadline import Deadline, wait_for
 from rosproto.transport.uri import format_address
 
@@ -93,7 +97,6 @@ class Publication:
         self._plain_class = type_.message_class if self._encoder.is_plain else None
         self._plain_encode: Callable[[Any], bytes] = self._encode_first
         self._revised: dict[str, ConvertedOutput] = {}
-        self._replies = HandshakeReplies(context, name, type_, self._revised)
         self._closed = False
         self._gone_bytes = 0
 
@@ -174,7 +177,7 @@ class Publication:
             output = self.output_for(fields, address)
             greeting = encode_header(self.header(output))
         except RosError as error:
-            self._replies.refused(sock, fields, address, error)
+            self._refuse(sock, fields, address, error)
             return
         self.prepare(output)  # before the subscriber is visible to publishers
         # The header is sent after the link is added: once the subscriber has read it, it is connected and
@@ -199,18 +202,83 @@ class Publication:
         (output or self._encoder).prepare()
 
     def output_for(self, fields: dict[str, str], address: str) -> ConvertedOutput | None:
-        """See `HandshakeReplies.output_for`."""
-        return self._replies.output_for(fields, address)
+        """The revision that a subscriber's header asks for; None for our own definition.
+
+        Raises:
+            Md5sumMismatch: The requested definition is unknown, or values cannot be converted to it.
+            RemoteProtocolError: The header is invalid in another way.
+        """
+        type_ = self.type
+        try:
+            check_subscriber_header(
+                fields, topic=self.name, type_name=type_.name, md5sum=type_.md5sum, peer=address
+            )
+            return None
+        except Md5sumMismatch as mismatch:
+            if type_.is_wildcard or mismatch.remote_type not in ("", type_.name):
+                raise
+            if not self._has_room(fields["md5sum"]):
+                most = self.context.limits.revisions
+                raise TooLarge("revisions", len(self._revised) + 1, most) from None
+            return self._revised.get(fields["md5sum"]) or self._revise(fields, mismatch)
+
+    def _has_room(self, md5sum: str) -> bool:
+        """Whether subscribers of this revision are allowed."""
+        return md5sum in self._revised or len(self._revised) < self.context.limits.revisions
+
+    def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> ConvertedOutput:
+        definition = fields.get("message_definition", "")
+        ours, revisions = self.type.message_class, self.context.revisions
+        theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetch(
+            self.context, self.name, ours, fields["md5sum"]
+        )
+        if theirs is None:
+            raise explained(mismatch, ours, definition) from None
+        try:
+            output = ConvertedOutput(self.type, theirs)
+        except ConversionError as error:
+            raise explained(mismatch, ours, definition, str(error)) from error
+        who = fields.get("callerid", "a subscriber")
+        note_differences(self.context.peer_log, self.name, who, output.conversion)
+        return output
+
+    def _refuse(self, sock: socket.socket, fields: dict[str, str], address: str, error: RosError) -> None:
+        """Report a refusal to the subscriber, the log and the program; closes the socket."""
+        if isinstance(error, (ConnectionLost, TimeoutError)):
+            _log.debug("! %s: %s went away during the handshake: %s", self.name, address, error)
+            sock.close()
+            return
+        self.context.peer_log.warning(self.name, "! %s: subscriber refused: %s", self.name, error)
+        refuse(sock, str(error))
+        event = Event(EventKind.REFUSED, self.name, address, without_frames(error), header=fields)
+        self.context.events.emit(event)
 
     def header(self, output: ConvertedOutput | None = None) -> dict[str, str]:
-        """Our connection header for a subscriber."""
-        more = [handle.header for handle in self.handles if handle.header is not None]
-        return self._replies.header(output, latching=self.latching, more=more)
+        """Our connection header for a subscriber, with the program's own fields."""
+        type_ = self.type if output is None else output.type
+        fields = publisher_header(
+            topic=self.name,
+            type_name=type_.name,
+            md5sum=type_.md5sum,
+            callerid=self.context.name,
+            message_definition=type_.definition,
+            latching=self.latching,
+        )
+        for handle in self.handles:
+            try:
+                if handle.header is not None:
+                    fields.update(handle.header())
+            except BaseException as error:  # as in incoming/subscriber_queue.py
+                if is_interrupt(error):
+                    raise
+                _log.exception("! %s: header() raised", self.name)
+        return fields
 
     def attach(self, link: OutgoingLink, address: str, output: ConvertedOutput | None = None) -> None:
         """Add a subscriber: it gets the latched messages, then everything published from now on."""
         with self._lock:
-            closed = self._closed or not self._has_room(output)
+            # Checked again: several handshakes may have passed the first check at once.
+            closed = self._closed or (output is not None and not self._has_room(output.type.md5sum))
             if not closed:
                 # Added before the latched messages: a link that fails on the first one removes itself.
                 if output is None:
@@ -231,10 +299,6 @@ class Publication:
             Event(EventKind.CONNECTED, self.name, address, peer=link.caller_id, direction="out")
         )
         self._call(callbacks, link.caller_id)
-
-    def _has_room(self, output: ConvertedOutput | None) -> bool:
-        """Check again: several handshakes may have passed the first check at once."""
-        return output is None or output.type.md5sum in self._revised or self._replies.has_room()
 
     def _present(self, output: ConvertedOutput) -> ConvertedOutput:
         """The shared output of that revision; it lasts until its last link is detached (`detach`)."""

@@ -15,6 +15,7 @@ from __future__ import annotations
 import socket
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
@@ -31,10 +32,11 @@ MOST = 32  # threads at a time in this process; further subscribers reconnect af
 _places = threading.BoundedSemaphore(MOST)
 
 
+@dataclass(frozen=True)
 class SubscriberReconnect:
     """The thread that brings one subscriber back.
 
-    Args:
+    Attributes:
         closing: Set when the node closes.
         caller_id: The subscriber's node name.
         bind: Binds a socket to our address of the former connection.
@@ -43,27 +45,17 @@ class SubscriberReconnect:
         is_back: Whether the subscriber is connected again.
     """
 
-    def __init__(
-        self,
-        closing: threading.Event,
-        caller_id: str,
-        *,
-        bind: Callable[[socket.socket], None],
-        remote: tuple[str, int],
-        announce: Callable[[], None],
-        is_back: Callable[[], bool],
-    ) -> None:
-        self._closing = closing
-        self._caller_id = caller_id
-        self._bind = bind
-        self._remote = remote
-        self._announce = announce
-        self._is_back = is_back
+    closing: threading.Event
+    caller_id: str
+    bind: Callable[[socket.socket], None]
+    remote: tuple[str, int]
+    announce: Callable[[], None]
+    is_back: Callable[[], bool]
 
     def start(self) -> None:
         """Start the thread, unless there are too many."""
         if _places.acquire(blocking=False):
-            threading.Thread(target=self._run, name=f"rosproto:lost {self._caller_id}", daemon=True).start()
+            threading.Thread(target=self._run, name=f"rosproto:lost {self.caller_id}", daemon=True).start()
 
     def _run(self) -> None:
         try:
@@ -75,34 +67,34 @@ class SubscriberReconnect:
         """Repeat `knock` and `announce` until the subscriber is back, the node closes, or time is up."""
         while not self._is_done(deadline) and not self.knock():
             pass
-        self._closing.wait(SETTLE)
+        self.closing.wait(SETTLE)
         pauses = Backoff(first=1.0, factor=2.0, most=5.0, jitter=0.1)
         while not self._is_done(deadline):
             try:
-                self._announce()
+                self.announce()
             except RosError as error:
-                _log.debug("! not announced again to %s: %s", self._caller_id, error)
-            self._closing.wait(pauses.next())
+                _log.debug("! not announced again to %s: %s", self.caller_id, error)
+            self.closing.wait(pauses.next())
 
     def _is_done(self, deadline: Deadline) -> bool:
-        return deadline.expired or self._closing.is_set() or self._is_back()
+        return deadline.expired or self.closing.is_set() or self.is_back()
 
     def knock(self) -> bool:
         """Try to connect once; True if the other half is gone, or this cannot be tried."""
-        with socket.socket(socket.AF_INET6 if ":" in self._remote[0] else socket.AF_INET) as sock:
+        with socket.socket(socket.AF_INET6 if ":" in self.remote[0] else socket.AF_INET) as sock:
             try:
-                self._bind(sock)
+                self.bind(sock)
             except OSError as error:
-                _log.debug("! the end of the connection to %s is not told: %s", self._caller_id, error)
+                _log.debug("! the end of the connection to %s is not told: %s", self.caller_id, error)
                 return True
             sock.settimeout(KNOCK)
             try:
-                sock.connect(self._remote)
+                sock.connect(self.remote)
             except ConnectionRefusedError:
                 return True
             except TimeoutError:
                 return False
             except OSError:  # no route at present, or our own half is still being closed
-                self._closing.wait(KNOCK)
+                self.closing.wait(KNOCK)
                 return False
             return True

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from rosproto.errors import MasterError, RemoteProtocolError
-from rosproto.master.identity import Verdict, identify
 from rosproto.master.notifications import Shutdown
+from rosproto.master.slave_calls import Verdict, identify
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import Deadline
 
