@@ -1,5 +1,7 @@
 """generate_dynamic: classes from a full definition text, as rosbag's readers use it."""
 
+from rosproto.codec import message_class
+from rosproto.errors import DefinitionError
 from rosproto.msg import library_from_full_text
 
 from .message import FLAVOUR, MessageException
@@ -7,9 +9,6 @@ from .message import FLAVOUR, MessageException
 
 def generate_dynamic(core_type, msg_cat):
     """Classes of a type and of all types it uses, by "package/Type"."""
-    from rosproto.codec import message_class
-    from rosproto.errors import DefinitionError
-
     try:
         library = library_from_full_text(core_type, msg_cat)
         names = [core_type, *library.dependencies(core_type)]

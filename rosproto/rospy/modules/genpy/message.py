@@ -9,22 +9,22 @@ import codecs
 import logging
 import struct
 import sys
+from importlib import import_module
 
 from rosproto.codec import Message as CodecMessage
-from rosproto.codec import ValueStyle
+from rosproto.codec import ValueStyle, message_class
 from rosproto.codec.layout import attribute_name
 from rosproto.codec.message import MessageMeta
+from rosproto.codec.text import double_quoted, list_item
 from rosproto.codec.value_style import value_style_named
 from rosproto.errors import CodecError
 
-from ._text import strify_message
 from ._values import (
     DeserializationError,
     MessageException,
     SerializationError,
     check_type,
     encode_message,
-    fill_message_args,
     sendable,
 )
 from .rostime import Duration, Time, TVal
@@ -266,8 +266,6 @@ FLAVOUR, NUMPY_FLAVOUR = _style("rospy", views=False), _style("rospy-numpy", vie
 
 def numpy_class(cls):
     """The class of the same type whose arrays are numpy's."""
-    from rosproto.codec import message_class
-
     made = message_class(cls._spec, cls._binding.library, value_style=NUMPY_FLAVOUR)
     if made is not cls:
         made.__name__ = made.__qualname__ = "Numpy_%s" % cls._type.replace("/", "__")
@@ -308,9 +306,150 @@ def _find(kind, name):
         if name != "Header":
             raise ValueError("message type is missing package name: %s" % str(name))
         package, base = "std_msgs", name
-    from importlib import import_module
-
     try:
         return getattr(import_module("%s.%s" % (package, kind)), base, None)
     except ImportError:
         return None
+
+
+# -- messages from values written as YAML --------------------------------------------------------------------
+
+
+def fill_message_args(msg, msg_args, keys={}):  # noqa: B006  genpy's signature
+    """Fill a message from a list of values, or from a dict by field name.
+
+    Raises:
+        MessageException: A value is missing or of the wrong kind, or there is no such field.
+    """
+    if msg_args is None:
+        msg_args = []
+    if len(msg_args) == 1 and type(msg_args[0]) is dict:
+        msg_args = msg_args[0]
+    _fill(msg, msg_args, keys, "")
+
+
+def _fill(msg, values, keys, prefix):
+    if not isinstance(msg, (Message, TVal)):
+        raise ValueError("msg must be a Message instance: %s" % msg)
+    if type(values) is dict:
+        pairs = [(name, "" if value is None else value) for name, value in values.items()]
+    elif type(values) is list:
+        slots = msg.__slots__
+        if len(values) != len(slots):
+            many = "Too many" if len(values) > len(slots) else "Not enough"
+            raise MessageException("%s arguments:\n * Given: %s\n * Expected: %s" % (many, values, slots))
+        pairs = zip(slots, values)
+    else:
+        raise ValueError("invalid msg_args type: %s" % str(values))
+    for name, value in pairs:
+        _fill_one(msg, name, value, keys, prefix)
+
+
+def _fill_one(msg, name, value, keys, prefix):
+    if name not in msg.__slots__:
+        raise MessageException("No field name [%s%s]" % (prefix, name))
+    present = getattr(msg, name)
+    if isinstance(present, (Message, TVal)):
+        setattr(msg, name, _filled(present, value, keys, prefix + name + "."))
+        return
+    if type(present) is not list:
+        setattr(msg, name, value)
+        return
+    if type(value) not in (list, tuple):
+        raise MessageException(
+            "Field [%s%s] must be a list or tuple instead of: %s" % (prefix, name, type(value).__name__)
+        )
+    base, _, rest = msg._slot_types[list(msg.__slots__).index(name)].partition("[")
+    length = rest.rstrip("]")
+    if length and len(value) != int(length):
+        raise MessageException(
+            "Field [%s%s] has incorrect number of elements: %s != %s" % (prefix, name, len(value), length)
+        )
+    if "/" in base or base in ("time", "duration", "Header"):
+        value = [_filled(get_message_class(base)(), item, keys, prefix) for item in value]
+    setattr(msg, name, value)
+
+
+def _filled(present, value, keys, prefix):
+    if type(value) is str:
+        if value not in keys:
+            raise MessageException("No key named [%s]" % (value))
+        return keys[value]
+    if isinstance(present, TVal) and type(value) is int:
+        return type(present).from_sec(value / 1e9)
+    _fill(present, value, keys, prefix)
+    return present
+
+
+# -- texts ---------------------------------------------------------------------------------------------------
+
+
+def strify_message(
+    val, indent="", time_offset=None, current_time=None, field_filter=None, fixed_numeric_width=None
+):
+    """The text of a value; nested values start on a new line where they do in genpy."""
+
+    def text_of(value, indent):
+        kind = type(value)
+        if kind in (int, float) and fixed_numeric_width is not None:
+            return _fixed(value, fixed_numeric_width)
+        if kind in (int, float, bool):
+            return str(value)
+        if isinstance(value, str):
+            return double_quoted(value)
+        if isinstance(value, TVal):
+            return _time(value, indent)
+        if kind in (list, tuple):
+            return _items(value, indent)
+        if isinstance(value, Message):
+            return _message(value, indent)
+        return str(value)
+
+    def _time(value, indent):
+        if time_offset is not None and isinstance(value, Time):
+            value = value - time_offset
+        if fixed_numeric_width is not None:
+            secs, nsecs = (_fixed(part, fixed_numeric_width) for part in (value.secs, value.nsecs))
+            return "\n%ssecs: %s\n%snsecs: %s" % (indent, secs, indent, nsecs)
+        return "\n%ssecs: %s\n%snsecs: %9d" % (indent, value.secs, indent, value.nsecs)
+
+    def _items(values, indent):
+        if len(values) == 0:
+            return "[]"
+        first = values[0]
+        if type(first) in (int, float) and fixed_numeric_width is not None:
+            return "[" + ", ".join(text_of(value, indent) for value in values) + "]"
+        if isinstance(first, str):
+            lines = [line for value in values for line in ("- " + list_item(value)).split("\n")]
+            return "\n" + "\n".join(indent + line for line in lines)
+        if type(first) in (int, float, bool):
+            return str(list(values))
+        return "\n" + "\n".join(indent + "- " + text_of(value, indent + "  ") for value in values)
+
+    def _message(message, indent):
+        names = message.__slots__ if field_filter is None else list(field_filter(message))
+        lines = "\n".join(
+            "%s%s: %s" % (indent, name, text_of(_field(message, name, type_), "  " + indent))
+            for name, type_ in zip(message.__slots__, message._slot_types)
+            if name in names
+        )
+        return "\n" + lines if indent else lines
+
+    return text_of(val, indent)
+
+
+def _fixed(value, width):
+    if type(value) is float:
+        text = ("%." + str(width) + "f") % value
+        return text[: max(text.find("."), width)]
+    return ("%" + str(width) + "d") % value
+
+
+def _field(message, name, type_):
+    value = getattr(message, name)
+    if "uint8[" in type_:
+        if isinstance(value, str):
+            return [ord(char) for char in value]
+        if isinstance(value, bytes):
+            return list(value)
+    return value

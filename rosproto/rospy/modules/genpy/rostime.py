@@ -36,9 +36,7 @@ class Time(_Time):
             return self.__class__(self.secs - other.secs, self.nsecs - other.nsecs)
         return NotImplemented
 
-    def to_time(self):
-        """Float seconds, as `to_sec`."""
-        return self.to_sec()
+    to_time = _Time.to_sec
 
     def __repr__(self):
         return "genpy.Time[%d]" % self.to_nsec()
