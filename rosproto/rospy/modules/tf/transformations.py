@@ -37,12 +37,6 @@ def _axes(axes):
     return first, second, third, frame == "r", (first + 1) % 3 != second
 
 
-def _ordered(ai, aj, ak, reverse, odd):
-    if reverse:
-        ai, ak = ak, ai
-    return (-ai, -aj, -ak) if odd else (ai, aj, ak)
-
-
 def quaternion_from_euler(ai, aj, ak, axes="sxyz"):
     """(4,) quaternion x, y, z, w of three Euler angles."""
     i, j, last, reverse, odd = _axes(axes)
@@ -69,7 +63,10 @@ def euler_matrix(ai, aj, ak, axes="sxyz"):
     """(4, 4) rotation matrix of three Euler angles."""
     i, j, last, reverse, odd = _axes(axes)
     k = 3 - i - j
-    ai, aj, ak = _ordered(ai, aj, ak, reverse, odd)
+    if reverse:
+        ai, ak = ak, ai
+    if odd:
+        ai, aj, ak = -ai, -aj, -ak
     (si, sj, sk), (ci, cj, ck) = map(math.sin, (ai, aj, ak)), map(math.cos, (ai, aj, ak))
     cc, cs, sc, ss = ci * ck, ci * sk, si * ck, si * sk
     m = numpy.identity(4)

@@ -11,6 +11,8 @@ import sys
 import threading
 
 import genpy
+from geometry_msgs.msg import TransformStamped
+from rospy.rostime import Time
 
 from rosproto.quaternion import from_matrix, to_matrix
 from rosproto.tf.tree import (
@@ -130,14 +132,6 @@ _NOT_TAKEN = {
     REPEATED: "TF_REPEATED_DATA ignoring data with redundant timestamp",
 }
 UNIT_TOLERANCE = 10e-3  # of the squared norm of a quaternion
-# Line numbers in tf2's source (0.7.6), part of each message.
-_LINES = {
-    "TF_SELF_TRANSFORM": 221,
-    "TF_NO_CHILD_FRAME_ID": 227,
-    "TF_NO_FRAME_ID": 233,
-    "TF_NAN_INPUT": 240,
-    "TF_DENORMALIZED_QUATERNION": 255,
-}
 
 
 def nanoseconds(time):
@@ -179,7 +173,11 @@ class BufferCore:
         child, parent = _stripped(transform.child_frame_id), _stripped(transform.header.frame_id)
         t, r = transform.transform.translation, transform.transform.rotation
         translation, rotation = tuple(map(float, (t.x, t.y, t.z))), tuple(map(float, (r.x, r.y, r.z, r.w)))
-        if self._is_wrong(child, parent, translation, rotation, authority):
+        found = _problems(child, parent, translation, rotation, authority)
+        problems = [(line, text) for is_so, line, text in found if is_so]
+        for line, text in problems:
+            _say("Error:", text, line)
+        if problems:
             return
         with self._lock:
             if max(len(child), len(parent)) > LONGEST_NAME or not self._tree.has_room(child):
@@ -203,14 +201,6 @@ class BufferCore:
             text = 'Ignoring transform for child_frame_id "%s" from authority "%s"'
             text += ": %d frames of %d characters at most"
             _say("Error:", text % (child[:100], authority, MOST_FRAMES, LONGEST_NAME), 278)
-
-    @staticmethod
-    def _is_wrong(child, parent, translation, rotation, authority):
-        found = _problems(child, parent, translation, rotation, authority)
-        problems = [text for is_so, text in found if is_so]
-        for text in problems:
-            _say("Error:", text, _LINES[text.partition(":")[0]])
-        return bool(problems)
 
     def clear(self):
         """Remove all transforms except static ones."""
@@ -345,15 +335,13 @@ class BufferCore:
         with self._lock:
             if not self._tree.names:
                 return "{}"
-            return "".join(self._yaml(name, edge) for name, edge in self._in_order() if edge)
-
-    @staticmethod
-    def _yaml(name, edge):
-        rows = {
-            name: "%.3f" % value if isinstance(value, float) else "'%s'" % value
-            for name, value in _described(edge).items()
-        }
-        return "%s: \n" % name + "".join("  %s: %s\n" % row for row in rows.items())
+            text = ""
+            for name, edge in self._in_order():
+                if edge:
+                    text += "%s: \n" % name
+                    for key, value in _described(edge).items():
+                        text += "  %s: %s\n" % (key, ("%.3f" if isinstance(value, float) else "'%s'") % value)
+            return text
 
     def all_frames_as_string(self):
         """All frames with parents, one per line."""
@@ -419,30 +407,35 @@ class BufferCore:
 
 
 def _problems(child, parent, translation, rotation, authority):
-    """Checks of a transform: (True if it fails, tf2's text)."""
+    """Checks of a transform: (True if it fails, the line in tf2 0.7.6 that its logger adds, text)."""
     x, y, z, w = rotation
     yield (
         child == parent,
+        221,
         'TF_SELF_TRANSFORM: Ignoring transform from authority "%s" with frame_id and child_frame_id '
         ' "%s" because they are the same' % (authority, child),
     )
     yield (
         not child,
+        227,
         'TF_NO_CHILD_FRAME_ID: Ignoring transform from authority "%s" because child_frame_id not set '
         % authority,
     )
     yield (
         not parent,
+        233,
         'TF_NO_FRAME_ID: Ignoring transform with child_frame_id "%s"  from authority "%s" because frame_id'
         " not set" % (child, authority),
     )
     yield (
         any(map(math.isnan, (*translation, *rotation))),
+        240,
         'TF_NAN_INPUT: Ignoring transform for child_frame_id "%s" from authority "%s" because of a nan value'
         " in the transform (%f %f %f) (%f %f %f %f)" % (child, authority, *translation, *rotation),
     )
     yield (
         not abs(w * w + x * x + y * y + z * z - 1.0) < UNIT_TOLERANCE,
+        255,
         'TF_DENORMALIZED_QUATERNION: Ignoring transform for child_frame_id "%s" from authority "%s" because'
         " of an invalid quaternion in the transform (%f %f %f %f)" % (child, authority, *rotation),
     )
@@ -453,14 +446,10 @@ def _stripped(name):
 
 
 def _time(stamp):
-    from rospy.rostime import Time
-
     return Time(*divmod(stamp, 1000000000))
 
 
 def _message(pose, stamp, target, source):
-    from geometry_msgs.msg import TransformStamped
-
     message = TransformStamped()
     message.header.frame_id, message.child_frame_id = target, source
     message.header.stamp = _time(stamp)

@@ -21,11 +21,10 @@ class Buffer(BufferCore, BufferInterface):
             try:
                 rosgraph.Master(rospy.get_name()).lookupService("~tf2_frames")
             except rosgraph.MasterException:
-                self.frame_server = rospy.Service("~tf2_frames", FrameGraph, self._get_frames)
+                self.frame_server = rospy.Service(
+                    "~tf2_frames", FrameGraph, lambda request: FrameGraphResponse(self.all_frames_as_yaml())
+                )
         self.CAN_TRANSFORM_POLLING_SCALE = DEFAULT_CAN_TRANSFORM_POLLING_SCALE
-
-    def _get_frames(self, request):
-        return FrameGraphResponse(self.all_frames_as_yaml())
 
     def lookup_transform(self, target_frame, source_frame, time, timeout=ZERO):
         """The transform from source to target; wait for it up to `timeout`.
@@ -47,9 +46,8 @@ class Buffer(BufferCore, BufferInterface):
 
     def can_transform(self, target_frame, source_frame, time, timeout=ZERO, return_debug_tuple=False):
         """True if the transform becomes available within `timeout`."""
-        return self._waited(
-            lambda: self.can_transform_core(target_frame, source_frame, time), timeout, return_debug_tuple
-        )
+        arguments = target_frame, source_frame, time
+        return self._waited(self.can_transform_core, arguments, timeout, return_debug_tuple)
 
     def can_transform_full(
         self,
@@ -62,22 +60,17 @@ class Buffer(BufferCore, BufferInterface):
         return_debug_tuple=False,
     ):
         """As `can_transform`, between two times."""
-        return self._waited(
-            lambda: self.can_transform_full_core(
-                target_frame, target_time, source_frame, source_time, fixed_frame
-            ),
-            timeout,
-            return_debug_tuple,
-        )
+        arguments = target_frame, target_time, source_frame, source_time, fixed_frame
+        return self._waited(self.can_transform_full_core, arguments, timeout, return_debug_tuple)
 
-    def _waited(self, ask, timeout, whole):
+    def _waited(self, ask, arguments, timeout, whole):
         if timeout != ZERO:
             began = rospy.Time.now()
             pause = timeout * self.CAN_TRANSFORM_POLLING_SCALE
             # Stop waiting if the clock jumps back, as after the restart of a bag.
-            while rospy.Time.now() < began + timeout and not ask()[0]:
+            while rospy.Time.now() < began + timeout and not ask(*arguments)[0]:
                 if rospy.Time.now() + LONGEST_JUMP < began or rospy.is_shutdown():
                     break
                 rospy.sleep(pause)
-        result = ask()
+        result = ask(*arguments)
         return result if whole else result[0]

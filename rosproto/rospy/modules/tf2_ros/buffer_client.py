@@ -49,22 +49,19 @@ class BufferClient(BufferInterface):
 
     def can_transform(self, target_frame, source_frame, time, timeout=ZERO):
         """True if the transform is available within `timeout`."""
-        return self._can(lambda: self.lookup_transform(target_frame, source_frame, time, timeout))
+        return self._can(self.lookup_transform, target_frame, source_frame, time, timeout)
 
     def can_transform_full(
         self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
     ):
         """As `can_transform`, between two times."""
-        return self._can(
-            lambda: self.lookup_transform_full(
-                target_frame, target_time, source_frame, source_time, fixed_frame, timeout
-            )
-        )
+        where = target_frame, target_time, source_frame, source_time, fixed_frame
+        return self._can(self.lookup_transform_full, *where, timeout)
 
     @staticmethod
-    def _can(look_up):
+    def _can(look_up, *arguments):
         try:
-            look_up()
+            look_up(*arguments)
         except tf2_py.TransformException:
             return False
         return True

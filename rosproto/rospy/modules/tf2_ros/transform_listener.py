@@ -13,22 +13,9 @@ class TransformListener:
         self.buffer = buffer
         self.last_update = rospy.Time.now()
         self.last_update_lock = threading.Lock()
-        self.tf_sub = rospy.Subscriber(
-            "/tf",
-            TFMessage,
-            self.callback,
-            queue_size=queue_size,
-            buff_size=buff_size,
-            tcp_nodelay=tcp_nodelay,
-        )
-        self.tf_static_sub = rospy.Subscriber(
-            "/tf_static",
-            TFMessage,
-            self.static_callback,
-            queue_size=queue_size,
-            buff_size=buff_size,
-            tcp_nodelay=tcp_nodelay,
-        )
+        options = {"queue_size": queue_size, "buff_size": buff_size, "tcp_nodelay": tcp_nodelay}
+        self.tf_sub = rospy.Subscriber("/tf", TFMessage, self.callback, **options)
+        self.tf_static_sub = rospy.Subscriber("/tf_static", TFMessage, self.static_callback, **options)
 
     def __del__(self):
         self.unregister()
