@@ -188,9 +188,7 @@ class CommStateMachine:
             self.transition_cb(ClientGoalHandle(self))
 
     def update_result(self, action_result):
-        """A result arrived, perhaps of another goal."""
-        if self.goal_id != action_result.status.goal_id.id:
-            return
+        """The result arrived."""
         with self.mutex:
             if self.state == CommState.DONE:
                 self.latest_goal_status = action_result.status
@@ -202,9 +200,7 @@ class CommStateMachine:
             self.transition_to(CommState.DONE)
 
     def update_feedback(self, action_feedback):
-        """Feedback arrived, perhaps of another goal."""
-        if self.goal_id != action_feedback.status.goal_id.id:
-            return
+        """Feedback arrived."""
         with self.mutex:
             # Feedback and status use separate connections. Feedback implies an active goal, too: call
             # active_cb first, as when the status is faster.
@@ -233,7 +229,7 @@ class ActionClient:
         self.last_status_msg = None
         self.ActionSpec = ActionSpec
         self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
-        self._machines = []
+        self._machines = weakref.WeakValueDictionary()  # by goal id
         self._lock = threading.RLock()
         self.pub_queue_size = rospy.get_param("actionlib_client_pub_queue_size", 10)
         if self.pub_queue_size < 0:
@@ -274,7 +270,7 @@ class ActionClient:
             action_goal, transition_cb, feedback_cb, self.pub_goal.publish, self.pub_cancel.publish
         )
         with self._lock:
-            self._machines.append(weakref.ref(machine))
+            self._machines[goal_id.id] = machine
         return ClientGoalHandle(machine)
 
     def cancel_all_goals(self):
@@ -310,25 +306,21 @@ class ActionClient:
             and any(link.callerid_pub == server for link in self.feedback_sub.impl.connections)
         )
 
-    def _followed(self):
-        with self._lock:
-            alive = [machine for machine in (ref() for ref in self._machines) if machine is not None]
-            self._machines = [weakref.ref(machine) for machine in alive]
-            return alive
-
     def _status_cb(self, message):
         self.last_status_msg = message
-        for machine in self._followed():
+        with self._lock:
+            machines = list(self._machines.values())
+        for machine in machines:
             machine.update_status(message)
 
     def _result_cb(self, message):
-        goal_id = message.status.goal_id.id
-        followed = [machine for machine in self._followed() if machine.goal_id == goal_id]
-        if any(machine.feedback_awaited for machine in followed):
-            time.sleep(GRACE)
-        for machine in followed:
+        machine = self._machines.get(message.status.goal_id.id)
+        if machine is not None:
+            if machine.feedback_awaited:
+                time.sleep(GRACE)
             machine.update_result(message)
 
     def _feedback_cb(self, message):
-        for machine in self._followed():
+        machine = self._machines.get(message.status.goal_id.id)
+        if machine is not None:
             machine.update_feedback(message)

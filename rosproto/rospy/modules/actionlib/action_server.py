@@ -112,19 +112,19 @@ class ActionServer:
     def publish_result(self, status, result):
         """Publish the result of a goal."""
         with self.lock:
-            message = self.ActionResult(status=status, result=result)
-            message.header.stamp = rospy.Time.now()
-            if not rospy.is_shutdown():
-                self.result_pub.publish(message)
+            self._send(self.result_pub, self.ActionResult(status=status, result=result))
             self.publish_status()
 
     def publish_feedback(self, status, feedback):
         """Publish feedback of a goal."""
         with self.lock:
-            message = self.ActionFeedback(status=status, feedback=feedback)
-            message.header.stamp = rospy.Time.now()
-            if not rospy.is_shutdown():
-                self.feedback_pub.publish(message)
+            self._send(self.feedback_pub, self.ActionFeedback(status=status, feedback=feedback))
+
+    @staticmethod
+    def _send(publisher, message):
+        message.header.stamp = rospy.Time.now()
+        if not rospy.is_shutdown():
+            publisher.publish(message)
 
     def internal_cancel_callback(self, goal_id):
         """A cancel arrived: for one goal, for those up to a time, or (neither given) for all."""
@@ -196,7 +196,5 @@ class ActionServer:
                 if tracker.handle_destruction_time == never
                 or tracker.handle_destruction_time + self.status_list_timeout >= now
             ]
-            message = GoalStatusArray(status_list=[tracker.status for tracker in self.status_list])
-            message.header.stamp = now
-            if not rospy.is_shutdown():
-                self.status_pub.publish(message)
+            statuses = [tracker.status for tracker in self.status_list]
+            self._send(self.status_pub, GoalStatusArray(status_list=statuses))
