@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import builtins
+import logging
 import os
 import signal
 import sys
@@ -17,7 +18,8 @@ from importlib.machinery import SourceFileLoader
 from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING, NoReturn
 
-from rosproto.rospy.finder import MSG_PATH
+from rosproto.errors import RosError
+from rosproto.rospy.finder import MSG_PATH, serve
 
 if TYPE_CHECKING:
     import argparse
@@ -67,8 +69,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.rospy") -> int:
     """Run a command line (by default the one of this process); returns the exit code."""
-    from rosproto.errors import RosError
-
     words = list(sys.argv[1:] if argv is None else argv)
     if words and not words[0].startswith("-"):  # no options: nothing to be parsed
         return run_program(words[0], words[1:])
@@ -146,8 +146,6 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     Raises:
         SystemExit: The program called sys.exit.
     """
-    from rosproto.rospy.finder import serve
-
     interrupt = _interrupt()
     file_name = _absolute(path)
     try:
@@ -174,7 +172,7 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     except BaseException as error:
         error.__traceback__ = _from_program(error.__traceback__)
         sys.excepthook(type(error), error, error.__traceback__)
-        if isinstance(error, KeyboardInterrupt) and type(error) is KeyboardInterrupt:
+        if type(error) is KeyboardInterrupt:
             interrupt.happened = True
         return 1
     return 0
@@ -197,8 +195,6 @@ def _from_program(trace: TracebackType | None) -> TracebackType | None:
 
 def _show_library_log(verbosity: int) -> None:
     """Write the library's log to stderr; the program's logging is unchanged."""
-    import logging
-
     logger = logging.getLogger("rosproto")
     logger.addHandler(logging.StreamHandler())
     logger.setLevel(logging.INFO if verbosity == 1 else logging.DEBUG)
@@ -206,8 +202,6 @@ def _show_library_log(verbosity: int) -> None:
 
 def _forget_logging() -> None:
     """Undo the command's log set-up, so that `logging` is as in a new interpreter."""
-    import logging
-
     for handler in list(logging.root.handlers):
         logging.root.removeHandler(handler)
     logging.root.setLevel(logging.WARNING)
@@ -228,8 +222,6 @@ class _Interrupt:
     def _die(self) -> None:
         if not self.happened:
             return
-        import logging
-
         logging.shutdown()  # registered earlier than this, so it would not be called
         sys.stdout.flush()
         sys.stderr.flush()

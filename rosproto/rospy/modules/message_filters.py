@@ -179,17 +179,14 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
             return
         with self.lock:
             if self.enable_reset:
-                self._drop_after_jump()
+                now = rospy.Time.now()
+                if now < self.last_added:
+                    rospy.logdebug("Detected jump back in time. Clearing message filters queues.")
+                    for queue in self.queues:
+                        queue.clear()
+                self.last_added = now
             self._keep(my_queue, stamp, msg)
             self._match(stamp, my_queue)
-
-    def _drop_after_jump(self):
-        now = rospy.Time.now()
-        if now < self.last_added:
-            rospy.logdebug("Detected jump back in time. Clearing message filters queues.")
-            for queue in self.queues:
-                queue.clear()
-        self.last_added = now
 
     def _match(self, stamp, my_queue):
         """The combination nearest to the new message wins."""

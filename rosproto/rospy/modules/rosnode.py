@@ -1,7 +1,9 @@
 """rosnode as far as programs import it: names of nodes, where they run, ping, kill, cleaning up."""
 
+import socket
 import sys
 import time
+from urllib.parse import urlsplit
 
 import rosgraph
 
@@ -50,8 +52,6 @@ def rosnode_listnodes(namespace=None, list_uri=False, list_all=False):
 
 def _hosts():
     """(node, host of its URI)."""
-    from urllib.parse import urlsplit
-
     master = rosgraph.Master("/rosnode")
     for name in get_node_names():
         uri = get_api_uri(master, name)
@@ -65,8 +65,6 @@ def get_machines_by_nodes():
 
 
 def _addresses(host):
-    import socket
-
     return {entry[4][0] for entry in socket.getaddrinfo(host, 0, 0, 0, socket.IPPROTO_TCP)}
 
 

@@ -80,29 +80,32 @@ def _loader(yaml):
     class Loader(yaml.SafeLoader):
         pass
 
-    for tag, pattern, construct in (
-        ("!degrees", r"deg\([^\)]*\)$", _from_degrees),
-        ("!radians", r"rad\([^\)]*\)$", _from_radians),
+    for tag, pattern, read, what in (
+        ("!degrees", r"deg\([^\)]*\)$", _from_degrees, "degree value"),
+        ("!radians", r"rad\([^\)]*\)$", _from_radians, "radian expression"),
     ):
-        Loader.add_constructor(tag, construct)
+        Loader.add_constructor(tag, _constructor(read, what))
         Loader.add_implicit_resolver(tag, re.compile(pattern), None)
     return Loader
 
 
-def _from_degrees(loader, node):
-    text = loader.construct_scalar(node)
-    try:
-        return float(text.strip()[4:-1]) * math.pi / 180.0
-    except ValueError:
-        raise RosParamException("invalid degree value: %s" % text) from None
+def _constructor(read, what):
+    def construct(loader, node):
+        text = loader.construct_scalar(node)
+        try:
+            return read(text.strip()[4:-1])
+        except (ValueError, SyntaxError, KeyError):
+            raise RosParamException("invalid %s: %s" % (what, text)) from None
+
+    return construct
 
 
-def _from_radians(loader, node):
-    text = loader.construct_scalar(node)
-    try:
-        return float(_value(ast.parse(text.strip()[4:-1].strip(), mode="eval").body))
-    except (SyntaxError, KeyError):
-        raise RosParamException("invalid radian expression: %s" % text) from None
+def _from_degrees(text):
+    return float(text) * math.pi / 180.0
+
+
+def _from_radians(text):
+    return float(_value(ast.parse(text.strip(), mode="eval").body))
 
 
 _OPERATORS = {

@@ -1,6 +1,13 @@
 """rosservice's functions for programs: names, types and calls of services."""
 
 import rosgraph
+import rospy
+from genpy.message import fill_message_args, get_printable_message_args, get_service_class
+
+from rosproto.errors import RosError
+from rosproto.node.services.probe import probe
+from rosproto.rospy.host import Caller
+from rosproto.transport.deadline import Deadline
 
 
 class ROSServiceException(Exception):
@@ -36,15 +43,8 @@ def get_service_node(service_name):
 
 def get_service_headers(service_name, service_uri=None):
     """The provider's connection header."""
-    from rosproto.errors import RosError
-    from rosproto.node.services import probe as service_probe
-    from rosproto.rospy.host import Caller
-    from rosproto.transport.deadline import Deadline
-
     try:
-        return service_probe.probe(
-            Caller("/rosservice", rosgraph.get_master_uri()), service_name, Deadline(5.0)
-        )
+        return probe(Caller("/rosservice", rosgraph.get_master_uri()), service_name, Deadline(5.0))
     except RosError as error:
         raise ROSServiceIOException("Unable to communicate with service [%s]" % service_name) from error
 
@@ -61,8 +61,6 @@ def get_service_uri(service_name):
 
 def get_service_args(service_name):
     """Names of the request's fields, separated by spaces."""
-    from genpy.message import get_printable_message_args
-
     return get_printable_message_args(get_service_class_by_name(service_name)._request_class())
 
 
@@ -84,8 +82,6 @@ def get_service_class_by_name(service_name):
     Raises:
         ROSServiceException: The service or its type is unknown.
     """
-    from genpy.message import get_service_class
-
     type_ = get_service_type(service_name)
     if type_ is None:
         raise ROSServiceException("Service [%s] is not available." % service_name)
@@ -97,9 +93,6 @@ def get_service_class_by_name(service_name):
 
 def call_service(service_name, service_args, service_class=None):
     """Call a service with a list of values, or a list of one dict; return (request, response)."""
-    import rospy
-    from genpy.message import fill_message_args
-
     service_class = service_class or get_service_class_by_name(service_name)
     request = service_class._request_class()
     fill_message_args(request, service_args)

@@ -128,15 +128,12 @@ class Updater(DiagnosticTaskVector):
 
     def update(self):
         """Run the tasks and publish, if the period has passed."""
-        self._check_diagnostic_period()
-        if rospy.Time.now() >= self.last_time + rospy.Duration(self.period):
-            self.force_update()
-
-    def _check_diagnostic_period(self):
         now = rospy.Time.now()
         if now >= self.last_time_period_checked + rospy.Duration(0.25):
             self.period = rospy.get_param_cached("~diagnostic_period", 1)
             self.last_time_period_checked = now
+        if rospy.Time.now() >= self.last_time + rospy.Duration(self.period):
+            self.force_update()
 
     def force_update(self):
         """Run and publish now."""

@@ -1,6 +1,7 @@
 """Common tasks: the frequency of events, the age of stamps, and a heartbeat of the node."""
 
 import threading
+from dataclasses import dataclass
 
 import rospy
 
@@ -8,16 +9,16 @@ from ._diagnostic_status_wrapper import ERROR, OK, WARN
 from ._diagnostic_updater import DiagnosticTask
 
 
+@dataclass(eq=False)
 class FrequencyStatusParam:
     """The expected frequency: a dict with "min" (and "max") in Hz, a tolerance (0.1 is 10 %), windows.
 
     The dict is read at every report, so its values may be changed.
     """
 
-    def __init__(self, freq_bound, tolerance=0.1, window_size=5):
-        self.freq_bound = freq_bound
-        self.tolerance = tolerance
-        self.window_size = window_size
+    freq_bound: dict
+    tolerance: float = 0.1
+    window_size: int = 5
 
 
 class FrequencyStatus(DiagnosticTask):
@@ -79,12 +80,12 @@ class FrequencyStatus(DiagnosticTask):
             stat.add(key, "%f" % value)
 
 
+@dataclass(eq=False)
 class TimeStampStatusParam:
     """How old stamps may be, seconds; negative for the future."""
 
-    def __init__(self, min_acceptable=-1, max_acceptable=5):
-        self.max_acceptable = max_acceptable
-        self.min_acceptable = min_acceptable
+    min_acceptable: float = -1
+    max_acceptable: float = 5
 
 
 class TimeStampStatus(DiagnosticTask):

@@ -1,5 +1,7 @@
 """dynamic_reconfigure: the client's side."""
 
+import rosservice
+
 from .encoding import decode_config, encode_config
 
 
@@ -17,8 +19,6 @@ class DynamicReconfigureCallbackException(DynamicReconfigureException):
 
 def find_reconfigure_services():
     """Names of the nodes that can be reconfigured."""
-    import rosservice
-
     suffix = "/set_parameters"
     return sorted(name[: -len(suffix)] for name in rosservice.get_service_list() if name.endswith(suffix))
 

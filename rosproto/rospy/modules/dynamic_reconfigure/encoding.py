@@ -21,11 +21,7 @@ _FIELDS[float] = ("doubles", DoubleParameter)
 class Config(dict):
     """A dict whose items are attributes too."""
 
-    def __getattr__(self, name):
-        return self[name]
-
-    def __setattr__(self, name, value):
-        self[name] = value
+    __getattr__, __setattr__ = dict.__getitem__, dict.__setitem__
 
     def __getstate__(self):
         return list(self.__dict__.items())
@@ -151,10 +147,19 @@ def _values(msg):
 
 def decode_config(msg, description=None):
     """A dict from a message; with a description also its groups and what is in them."""
+    return _decoded(msg, description, _add_values)
+
+
+def initial_config(msg, description=None):
+    """The dict that a server begins with: the groups come from the .cfg file's module."""
+    return _decoded(msg, description, _add_described)
+
+
+def _decoded(msg, description, add):
     config = _values(msg)
     if msg.groups and description is not None:
         config["groups"] = get_tree(msg)
-        _add_values(config["groups"], description, config)
+        add(config["groups"], description, config)
     return config
 
 
@@ -166,15 +171,6 @@ def _add_values(group, description, config):
         for described in description["groups"].values():
             if described["name"] == inner["name"]:
                 _add_values(inner, described, config)
-
-
-def initial_config(msg, description=None):
-    """The dict that a server begins with: the groups come from the .cfg file's module."""
-    config = _values(msg)
-    if msg.groups and description is not None:
-        config["groups"] = get_tree(msg)
-        _add_described(config["groups"], description, config)
-    return config
 
 
 def _add_described(group, description, config):

@@ -66,14 +66,11 @@ class Server:
             config = copy.deepcopy(self.config)
             config.update(changes)
             self._clamp(config)
-            changed = [one["level"] for one in self._parameters() if self._differs(config, one["name"])]
             level = 0
-            for bits in changed:
-                level |= bits
+            for one in self._parameters():
+                if config[one["name"]] != self.config[one["name"]]:
+                    level |= one["level"]
             return self._change_config(config, level)
-
-    def _differs(self, config, name):
-        return config[name] != self.config[name]
 
     def _change_config(self, config, level):
         self.config = self.callback(config, level)

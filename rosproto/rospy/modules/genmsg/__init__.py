@@ -6,30 +6,9 @@ from the definitions of this program (the bundled ones and those of --msg-path).
 
 from . import base, gentools, msg_loader, msgs, names, srvs
 from .base import EXT_MSG, EXT_SRV, MSG_DIR, SEP, SRV_DIR, InvalidMsgSpec, MsgGenerationException
-from .gentools import compute_full_text, compute_full_type_name, compute_md5, compute_md5_text
-from .msg_loader import (
-    MsgContext,
-    MsgNotFound,
-    load_depends,
-    load_msg_by_type,
-    load_msg_depends,
-    load_msg_from_file,
-    load_msg_from_string,
-    load_srv_by_type,
-    load_srv_from_file,
-    load_srv_from_string,
-)
-from .msgs import (
-    DURATION,
-    HEADER,
-    TIME,
-    Constant,
-    Field,
-    MsgSpec,
-    bare_msg_type,
-    is_builtin,
-    is_valid_msg_type,
-)
+from .gentools import compute_full_text, compute_md5, compute_md5_text
+from .msg_loader import MsgContext, MsgNotFound, load_depends, load_msg_by_type, load_srv_by_type
+from .msgs import DURATION, HEADER, TIME, Constant, Field, MsgSpec
 from .names import (
     is_legal_resource_base_name,
     is_legal_resource_name,

@@ -89,7 +89,13 @@ def _check_threshold(threshold):
 
 
 class Bag:
-    """A bag file, opened for reading ("r"), writing ("w") or appending ("a")."""
+    """A bag file, opened for reading ("r"), writing ("w") or appending ("a").
+
+    Attributes:
+        filename: Path, None for a stream.
+        version: Version of the format: 200 for 2.0.
+        mode: "r", "w" or "a".
+    """
 
     def __init__(
         self,
@@ -113,22 +119,22 @@ class Bag:
         if mode not in ("r", "w", "a"):
             raise ValueError('mode "%s" is invalid' % mode)
         self._compression, self._chunk_threshold = compression, chunk_threshold
-        self._file, self._mode = f, mode
-        self._filename = None if isinstance(f, io.IOBase) else f
+        self._file, self.mode = f, mode
+        self.filename = None if isinstance(f, io.IOBase) else f
         self._reader = self._writer = None
         self._connections = {}
         self._classes = {}
         self._closed = False
-        self._version = 200
+        self.version = 200
         # An existing empty file is refused, as by rosbag.
-        if mode == "w" or (mode == "a" and self._filename is not None and not os.path.exists(self._filename)):
+        if mode == "w" or (mode == "a" and self.filename is not None and not os.path.exists(self.filename)):
             self._writer = self._writing()
             return
-        self._version = self._read_version()
-        if mode == "a" and self._version != 200:
-            raise ROSBagException("bag version %d is unsupported for appending" % self._version)
-        if self._version > 299:
-            raise ROSBagException("unknown bag version %d" % self._version)
+        self.version = self._read_version()
+        if mode == "a" and self.version != 200:
+            raise ROSBagException("bag version %d is unsupported for appending" % self.version)
+        if self.version > 299:
+            raise ROSBagException("unknown bag version %d" % self.version)
         with rosbag_errors():
             self._reader = BagReader(self._file)
         if not allow_unindexed and not self._reader.indexed:
@@ -143,10 +149,10 @@ class Bag:
         Raises:
             ROSBagException: There is none.
         """
-        if self._filename is None:
+        if self.filename is None:
             line = self._file.readline()
         else:
-            with open(self._filename, "rb") as file:
+            with open(self.filename, "rb") as file:
                 line = file.readline(256)
         if not line:
             raise ROSBagException("empty file")
@@ -182,33 +188,18 @@ class Bag:
         return {"compression": self._compression, "chunk_threshold": self._chunk_threshold}
 
     @property
-    def filename(self):
-        """Path, None for a stream."""
-        return self._filename
-
-    @property
-    def version(self):
-        """Version of the format: 200 for 2.0."""
-        return self._version
-
-    @property
-    def mode(self):
-        """ "r", "w" or "a"."""
-        return self._mode
-
-    @property
     def size(self):
         """Bytes of the file."""
         self._require_open()
         if self._writer is not None:
             return self._writer.size
-        if self._filename is None:
+        if self.filename is None:
             position = self._file.tell()
             try:
                 return self._file.seek(0, os.SEEK_END)
             finally:
                 self._file.seek(position)
-        return os.path.getsize(self._filename)
+        return os.path.getsize(self.filename)
 
     @property
     def compression(self):
@@ -313,8 +304,8 @@ class Bag:
     def _reader_of_facts(self):
         """Return a reader of the bag, which is opened again if it is closed."""
         with rosbag_errors():
-            if self._closed and self._filename is not None:
-                with BagReader(self._filename) as reader:
+            if self._closed and self.filename is not None:
+                with BagReader(self.filename) as reader:
                     yield reader
             else:
                 yield self._readable()
@@ -404,7 +395,7 @@ class Bag:
             raise ValueError("topic is invalid")
         if not msg:
             raise ValueError("msg is invalid")
-        if self._mode == "r":
+        if self.mode == "r":
             raise io.UnsupportedOperation("write")
         if t is None:
             t = genpy.Time.from_sec(time.time())
@@ -470,7 +461,7 @@ class Bag:
         return self._reindexed()
 
     def _reindexed(self):
-        if self._mode == "a":
+        if self.mode == "a":
             self._mend()
         for chunk in self._readable().chunks:
             yield chunk.pos

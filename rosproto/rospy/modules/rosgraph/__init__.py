@@ -1,5 +1,7 @@
 """rosgraph: names, the environment, and the master by its API."""
 
+import sys
+
 from . import names, network, rosenv
 from .masterapi import Master, MasterError, MasterException, MasterFailure
 from .masterapi import is_online as is_master_online
@@ -33,6 +35,4 @@ __all__ = [
 
 def myargv(argv=None):
     """sys.argv without the arguments meant for ROS."""
-    import sys
-
     return [word for word in (sys.argv if argv is None else argv) if names.REMAP not in word]

@@ -6,6 +6,7 @@ Source: wiki.ros.org/ROS/Master_API.
 from rosproto.rospy.master import call
 
 from .names import make_caller_id
+from .network import parse_http_host_and_port
 from .rosenv import get_master_uri
 
 
@@ -63,8 +64,6 @@ class Master:
         self.caller_id = make_caller_id(caller_id).rstrip("/") or "/"
 
     def _reinit(self, master_uri):
-        from .network import parse_http_host_and_port
-
         try:
             parse_http_host_and_port(master_uri)
         except ValueError:

@@ -4,7 +4,8 @@ import os
 import re
 import sys
 
-from rosproto.names import anonymous_name, canonicalize
+from rosproto import names
+from rosproto.names import anonymous_name
 from rosproto.names import join as ns_join
 
 from .rosenv import ROS_NAMESPACE
@@ -65,8 +66,7 @@ def namespace(name):
         raise ValueError("name")
     if not isstring(name):
         raise TypeError("name")
-    name = name[:-1] if name.endswith(SEP) else name
-    return name[: name.rfind(SEP) + 1] or SEP
+    return names.namespace(name)
 
 
 def load_mappings(argv):
@@ -102,7 +102,7 @@ def is_legal_remap(arg):
 
 def canonicalize_name(name):
     """The name without double slashes and without one at the end."""
-    return canonicalize(name) if name else name
+    return names.canonicalize(name) if name else name
 
 
 def resolve_name(name, namespace_, remappings=None):

@@ -3,8 +3,12 @@
 import os
 import socket
 import sys
+from functools import cache
+from urllib.parse import urlparse
 
 from rosproto.errors import ProtocolError, RosError
+from rosproto.protocol.connection_header import decode_header, encode_header
+from rosproto.transport.network_interfaces import interface_addresses
 from rosproto.transport.own_address import local_address_towards
 from rosproto.transport.uri import is_loopback
 
@@ -19,8 +23,6 @@ def parse_http_host_and_port(url):
     Raises:
         ValueError: It is not a URL with a host.
     """
-    from urllib.parse import urlparse
-
     if not url:
         raise ValueError("not a valid URL")
     parts = urlparse(url)
@@ -52,9 +54,12 @@ def get_local_address():
     override = get_address_override()
     if override:
         return override
-    routed = _routed_address()
-    if routed is not None and not is_loopback(routed):
-        return routed
+    try:
+        routed = local_address_towards(*parse_http_host_and_port(get_master_uri()), timeout=1.0)
+        if not is_loopback(routed):
+            return routed
+    except (RosError, OSError, ValueError):
+        pass  # there is no way to the master
     found = get_local_addresses()
     if len(found) == 1:
         return found[0]
@@ -62,13 +67,6 @@ def get_local_address():
 
 
 get_host_name = get_local_address
-
-
-def _routed_address():
-    try:
-        return local_address_towards(*parse_http_host_and_port(get_master_uri()), timeout=1.0)
-    except (RosError, OSError, ValueError):
-        return None
 
 
 def create_local_xmlrpc_uri(port):
@@ -91,18 +89,14 @@ def is_local_address(hostname):
     return any(is_loopback(one) for one in found) or not found.isdisjoint(get_local_addresses())
 
 
-_local_addresses = {}
-
-
 def get_local_addresses():
     """Addresses of this computer's interfaces, whatever ROS_IP says; looked up once."""
-    from rosproto.transport.network_interfaces import interface_addresses
+    return list(_addresses((socket.AF_INET6, socket.AF_INET) if use_ipv6() else (socket.AF_INET,)))
 
-    families = (socket.AF_INET6, socket.AF_INET) if use_ipv6() else (socket.AF_INET,)
-    if families not in _local_addresses:
-        found = [one for family in families for one in interface_addresses(family)]
-        _local_addresses[families] = found or ["127.0.0.1"]
-    return list(_local_addresses[families])
+
+@cache
+def _addresses(families):
+    return [one for family in families for one in interface_addresses(family)] or ["127.0.0.1"]
 
 
 def get_bind_address(address=None):
@@ -125,8 +119,6 @@ class ROSHandshakeException(Exception):
 
 def encode_ros_handshake_header(header):
     """A header's bytes with its own length in front; keys and values are str or bytes."""
-    from rosproto.protocol.connection_header import encode_header
-
     try:
         return encode_header({_text(key): _text(value) for key, value in header.items()})
     except ProtocolError as error:
@@ -143,8 +135,6 @@ def decode_ros_handshake_header(header_str):
     Raises:
         ROSHandshakeException: It is not one, or is incomplete.
     """
-    from rosproto.protocol.connection_header import decode_header
-
     size = int.from_bytes(header_str[:4], "little")
     if len(header_str) < 4 + size or len(header_str) < 4:
         raise ROSHandshakeException(

@@ -3,6 +3,8 @@
 import os
 import sys
 
+from rosproto.rospy.finder import library
+
 
 class ROSPkgException(Exception):
     """A package cannot be used."""
@@ -77,6 +79,4 @@ def package_around(name):
 
 def definitions_folder(package):
     """The folder of a message package's definitions, None when there is none."""
-    from rosproto.rospy.finder import library
-
     return library().folder(package)

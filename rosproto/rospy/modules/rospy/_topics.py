@@ -78,7 +78,7 @@ class TopicImpl:
     @property
     def connections(self):
         """The peers connected now."""
-        return []
+        return [] if self.handle is None or self.closed else self._connections()
 
     def get_num_connections(self):
         """The number of peers connected now."""
@@ -112,7 +112,6 @@ class PublisherImpl(TopicImpl):
         self.subscriber_listeners = []
         self.publock = threading.RLock()
         self._class = node_class(data_class)
-        self._peers = set()
 
     def attach(self, node):
         """Publish."""
@@ -130,11 +129,7 @@ class PublisherImpl(TopicImpl):
     def _fields(self):
         return {str(key): str(value) for key, value in self.headers.items()}
 
-    @property
-    def connections(self):
-        """The subscribers connected now."""
-        if self.handle is None or self.closed:
-            return []
+    def _connections(self):
         return [Connection(name, name) for name in self.handle.subscribers]
 
     def add_subscriber_listener(self, listener):
@@ -188,12 +183,10 @@ class PublisherImpl(TopicImpl):
 
     def publish(self, message):
         """Send a message to all subscribers."""
-        if self.closed or self.handle is None:
-            if core.is_shutdown() or self.refused:
-                return
-            raise ROSException("publish() to a closed topic")
-        if core.is_shutdown():
+        if core.is_shutdown() or self.refused:
             return
+        if self.closed or self.handle is None:
+            raise ROSException("publish() to a closed topic")
         with self.publock:
             if not self.handle.connections:
                 if self.is_latch:
@@ -278,11 +271,7 @@ class SubscriberImpl(TopicImpl):
         if self._statistics is not None:
             self._statistics.close()
 
-    @property
-    def connections(self):
-        """The publishers connected now."""
-        if self.handle is None or self.closed:
-            return []
+    def _connections(self):
         return [Connection(uri, caller_id) for uri, caller_id in self.handle.publisher_uris.items()]
 
     def set_queue_size(self, queue_size):

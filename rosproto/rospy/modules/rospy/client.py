@@ -5,9 +5,11 @@ import os
 import sys
 import threading
 import time
+import warnings
 
 import rosgraph
 import rosgraph.names
+import roslib
 
 from . import core, names, rostime
 from .core import add_client_shutdown_hook as on_shutdown
@@ -106,9 +108,12 @@ def init_node(
         raise ValueError("name must not be empty")
     if rosgraph.names.SEP in name:
         raise ValueError("namespaces are not allowed in node names")
-    import roslib
-
-    if _was_called((name, argv, anonymous, log_level, disable_rostime, disable_signals)):
+    arguments = (name, argv, anonymous, log_level, disable_rostime, disable_signals)
+    if _init_node_args is not None:
+        if arguments != _init_node_args:
+            raise ROSException(
+                "rospy.init_node() has already been called with different arguments: " + str(_init_node_args)
+            )
         return
     disable_signals = disable_signals or roslib.is_interactive()
     _init_node_args = (name, argv, anonymous, log_level, disable_rostime, disable_signals)
@@ -128,25 +133,12 @@ def init_node(
     if not disable_rosout:
         rosout.init_rosout()
         rosout.load_rosout_handlers(log_level)
-    _begin_time(disable_rostime)
-    core.logdebug("init_node, name[%s], pid[%s]", resolved, os.getpid())
-    init.serve_loggers()
-
-
-def _was_called(arguments):
-    """True when init_node was called before, with these arguments."""
-    if _init_node_args and _init_node_args != arguments:
-        raise ROSException(
-            "rospy.init_node() has already been called with different arguments: " + str(_init_node_args)
-        )
-    return _init_node_args is not None
-
-
-def _begin_time(disable_rostime):
     if disable_rostime:
         rostime.set_rostime_initialized(True)
     elif not simtime.init_simtime():
         raise ROSInitException("Failed to initialize time. Please check logs for additional details")
+    core.logdebug("init_node, name[%s], pid[%s]", resolved, os.getpid())
+    init.serve_loggers()
 
 
 def _node_name(name, anonymous):
@@ -162,8 +154,6 @@ def _node_name(name, anonymous):
     if anonymous:
         name = "%s_%s_%s" % (name, os.getpid(), int(time.time() * 1000))
     if not rosgraph.names.is_legal_base_name(name):
-        import warnings
-
         warnings.warn(
             "'%s' is not a legal ROS base name. This may cause problems with other ROS tools." % name,
             stacklevel=3,

@@ -7,6 +7,8 @@ import signal
 import sys
 import threading
 import traceback
+import warnings
+from urllib.parse import urlparse
 
 from rosgraph import roslogging
 
@@ -17,6 +19,7 @@ from .exceptions import ROSException
 from .impl.validators import ParameterInvalid
 from .names import *
 from .names import get_caller_id, get_mappings, get_name, get_namespace, resolve_name
+from .rostime import Duration, Time
 
 MASTER_NAME = "master"
 ROSRPC = "rosrpc://"
@@ -84,8 +87,6 @@ def _is_due(caller, msg, period, identical, once):
 
 
 def _period_is_over(caller, period):
-    from .rostime import Duration, Time
-
     now, last = Time.now(), _last_times.get(caller)
     if last is None or last > now or now - last > Duration(period):
         _last_times[caller] = now
@@ -93,66 +94,43 @@ def _period_is_over(caller, period):
     return False
 
 
-def logdebug(msg, *args, **kwargs):
-    """Log at the level DEBUG."""
-    _log(logging.DEBUG, msg, args, kwargs)
+def _functions(name, level):
+    """(plain, once, throttled, throttled unless the text is another one)."""
 
+    def log(msg, *args, **kwargs):
+        _log(level, msg, args, kwargs)
 
-def loginfo(msg, *args, **kwargs):
-    """Log at the level INFO."""
-    _log(logging.INFO, msg, args, kwargs)
+    def once(msg, *args, **kwargs):
+        _log(level, msg, args, kwargs, once=True)
 
-
-def logwarn(msg, *args, **kwargs):
-    """Log at the level WARN."""
-    _log(logging.WARNING, msg, args, kwargs)
-
-
-def logerr(msg, *args, **kwargs):
-    """Log at the level ERROR."""
-    _log(logging.ERROR, msg, args, kwargs)
-
-
-def logfatal(msg, *args, **kwargs):
-    """Log at the level FATAL."""
-    _log(logging.CRITICAL, msg, args, kwargs)
-
-
-logout = loginfo
-logerror = logerr
-
-
-def _variants(name, level):
     def throttle(period, msg, *args, **kwargs):
         _log(level, msg, args, kwargs, period=period or None)
 
     def throttle_identical(period, msg, *args, **kwargs):
         _log(level, msg, args, kwargs, period=period, identical=True)
 
-    def once(msg, *args, **kwargs):
-        _log(level, msg, args, kwargs, once=True)
-
-    texts = {
-        "throttle": "at most every `period` seconds",
-        "throttle_identical": "unless it is the same text as before, within `period` seconds",
-        "once": "only the first time",
-    }
-    for function in (throttle, throttle_identical, once):
-        kind = function.__name__
-        function.__name__ = function.__qualname__ = "%s_%s" % (name, kind)
-        function.__doc__ = "As `%s`, from one place %s." % (name, texts[kind])
-        globals()[function.__name__] = function
+    for suffix, function, when in (
+        ("", log, "always"),
+        ("_once", once, "from one place only the first time"),
+        ("_throttle", throttle, "from one place at most every `period` seconds"),
+        ("_throttle_identical", throttle_identical, "from one place a text anew after `period` seconds"),
+    ):
+        function.__name__ = function.__qualname__ = name + suffix
+        function.__doc__ = "Log at this level, %s." % when
+    return log, once, throttle, throttle_identical
 
 
-for _name, _level in (
-    ("logdebug", logging.DEBUG),
-    ("loginfo", logging.INFO),
-    ("logwarn", logging.WARNING),
-    ("logerr", logging.ERROR),
-    ("logfatal", logging.CRITICAL),
-):
-    _variants(_name, _level)
-
+logdebug, logdebug_once, logdebug_throttle, logdebug_throttle_identical = _functions(
+    "logdebug", logging.DEBUG
+)
+loginfo, loginfo_once, loginfo_throttle, loginfo_throttle_identical = _functions("loginfo", logging.INFO)
+logwarn, logwarn_once, logwarn_throttle, logwarn_throttle_identical = _functions("logwarn", logging.WARNING)
+logerr, logerr_once, logerr_throttle, logerr_throttle_identical = _functions("logerr", logging.ERROR)
+logfatal, logfatal_once, logfatal_throttle, logfatal_throttle_identical = _functions(
+    "logfatal", logging.CRITICAL
+)
+logout = loginfo
+logerror = logerr
 
 _internal = logging.getLogger("rospy.internal")
 rospydebug = _internal.debug
@@ -191,8 +169,6 @@ def set_node_uri(uri):
 
 def get_ros_root(required=False, env=None):
     """ROS_ROOT of the environment."""
-    import warnings
-
     warnings.warn("Call to deprecated function get_ros_root.", DeprecationWarning, stacklevel=2)
     root = (os.environ if env is None else env).get("ROS_ROOT")
     if required and not root:
@@ -205,8 +181,6 @@ _proxies = {}
 
 def xmlrpcapi(uri, cache=True):
     """The xmlrpc.client.ServerProxy of a master or node; None when `uri` is not a URI."""
-    from urllib.parse import urlparse
-
     parts = urlparse(uri) if uri else None
     if parts is None or not parts.scheme or not parts.netloc:
         return None

@@ -7,25 +7,6 @@ from rosproto.rospy.master import call
 from . import core, names
 from .exceptions import ROSException
 
-_RESOLVED = {  # methods whose first argument is a name
-    "deleteParam",
-    "getParam",
-    "getPublishedTopics",
-    "hasParam",
-    "lookupNode",
-    "lookupService",
-    "registerPublisher",
-    "registerService",
-    "registerSubscriber",
-    "searchParam",
-    "setParam",
-    "subscribeParam",
-    "unregisterPublisher",
-    "unregisterService",
-    "unregisterSubscriber",
-    "unsubscribeParam",
-}
-
 
 class MasterProxy:
     """All methods of the master API, and `master[key]` for parameters."""
@@ -49,7 +30,7 @@ class MasterProxy:
             raise AttributeError(key)
 
         def method(*args):
-            if key in _RESOLVED and args:
+            if args:  # of every method that takes any, the first is a name
                 args = (names.resolve_name(args[0]), *args[1:])
             return self._call(key, *args)
 

@@ -1,6 +1,7 @@
 """rospy.names: this node's name, name resolution and command-line remappings."""
 
 import sys
+import warnings
 
 import rosgraph.names
 from rosgraph.names import (
@@ -130,8 +131,6 @@ def scoped_name(caller_id, name):
 def warn_if_illegal(name, stacklevel):
     """Warn of a name that is not legal; `stacklevel` as the caller would give it to warnings.warn."""
     if not is_legal_name(name):
-        import warnings
-
         warnings.warn(
             "'%s' is not a legal ROS graph resource name. This may cause problems with other ROS tools"
             % name,

@@ -111,9 +111,5 @@ def wallsleep(duration):
 
     end = time.monotonic() + duration
     was_shutdown = core.is_shutdown()
-    left = duration
-    while left > SLICE and core.is_shutdown() == was_shutdown:
-        time.sleep(SLICE)
-        left = end - time.monotonic()
-    if core.is_shutdown() == was_shutdown:
-        time.sleep(max(0.0, left))
+    while (left := end - time.monotonic()) > 0 and core.is_shutdown() == was_shutdown:
+        time.sleep(min(left, SLICE))

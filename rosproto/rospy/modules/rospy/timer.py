@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import dataclass
 
 import genpy
 
@@ -84,6 +85,7 @@ class Rate:
             self.last_time = now
 
 
+@dataclass(eq=False)
 class TimerEvent:
     """Argument of a timer's callback.
 
@@ -93,12 +95,11 @@ class TimerEvent:
         last_duration: Duration of the previous call in seconds.
     """
 
-    def __init__(self, last_expected, last_real, current_expected, current_real, last_duration):
-        self.last_expected = last_expected
-        self.last_real = last_real
-        self.current_expected = current_expected
-        self.current_real = current_real
-        self.last_duration = last_duration
+    last_expected: rostime.Time
+    last_real: rostime.Time
+    current_expected: rostime.Time
+    current_real: rostime.Time
+    last_duration: float
 
 
 class Timer(threading.Thread):

@@ -7,6 +7,7 @@ which attaches the implementation to the node.
 
 import threading
 import traceback
+import warnings
 
 import genpy
 
@@ -237,8 +238,6 @@ class Publisher(Topic):
 
         super().__init__(name, data_class, Registration.PUB, options)
         if queue_size is None:
-            import warnings
-
             warnings.warn(
                 "The publisher should be created with an explicit keyword argument 'queue_size'. "
                 "Please see http://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers"

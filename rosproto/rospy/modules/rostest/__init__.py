@@ -4,16 +4,16 @@
 """
 
 import sys
+import warnings
 
 import rosgraph
+import rospy
 import rosunit
 
 
 def get_master():
     """The master API as an `xmlrpc.client.ServerProxy`."""
-    from rospy.core import xmlrpcapi
-
-    return xmlrpcapi(rosgraph.get_master_uri())
+    return rospy.core.xmlrpcapi(rosgraph.get_master_uri())
 
 
 def _state(table):
@@ -35,8 +35,6 @@ def is_publisher(topic, publisher_id):
 
 def rosrun(package, test_name, test, sysargs=None):
     """Run a TestCase class, or tests by name; end the node, and on a failure the process with exit code 1."""
-    import rospy
-
     result = rosunit.run(package, test_name, test, sys.argv if sysargs is None else sysargs)
     rospy.signal_shutdown("test complete")
     if not result.wasSuccessful():
@@ -48,7 +46,5 @@ run = rosrun
 
 def unitrun(package, test_name, test, sysargs=None, coverage_packages=None):
     """Old name of `rosunit.unitrun`."""
-    import warnings
-
     warnings.warn("Call to deprecated function unitrun.", category=DeprecationWarning, stacklevel=2)
     rosunit.unitrun(package, test_name, test, sysargs, coverage_packages)

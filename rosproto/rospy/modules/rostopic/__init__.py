@@ -125,8 +125,6 @@ def get_info_text(topic):
 
 def create_publisher(topic_name, topic_type, latch, disable_rostime=True):
     """(publisher, class) for a type name; starts the node /rostopic_... if this process has no node."""
-    import rospy
-
     try:
         found = get_message_class(topic_type)
     except ValueError:

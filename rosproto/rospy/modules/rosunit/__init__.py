@@ -9,6 +9,8 @@ import sys
 import time
 import traceback
 import unittest
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 
 XML_OUTPUT_FLAG = "--gtest_output=xml:"
 
@@ -83,9 +85,6 @@ class _XmlRunner:
 
     def run(self, test):
         """Run the tests; the file includes their output."""
-        from contextlib import redirect_stderr, redirect_stdout
-        from io import StringIO
-
         result, out, err, began = _Result(), StringIO(), StringIO(), time.time()
         with redirect_stdout(out), redirect_stderr(err):
             test(result)

@@ -32,20 +32,12 @@ def read_points(cloud, field_names=None, skip_nans=False, uvs=[]):  # noqa: B006
     assert getattr(cloud, "_type", "") == PointCloud2._type, "cloud is not a sensor_msgs.msg.PointCloud2"
     unpack = struct.Struct(_format(cloud.is_bigendian, cloud.fields, field_names)).unpack_from
     data = cloud.data
-    for offset in _offsets(cloud, uvs):
+    rows, columns = range(cloud.height), range(cloud.width)
+    for column, row in uvs or ((column, row) for row in rows for column in columns):
+        offset = row * cloud.row_step + column * cloud.point_step
         point = unpack(data, offset)
         if not skip_nans or not any(math.isnan(value) for value in point):
             yield point
-
-
-def _offsets(cloud, uvs):
-    if uvs:
-        return (cloud.row_step * v + cloud.point_step * u for u, v in uvs)
-    return (
-        row * cloud.row_step + column * cloud.point_step
-        for row in range(cloud.height)
-        for column in range(cloud.width)
-    )
 
 
 def read_points_list(cloud, field_names=None, skip_nans=False, uvs=[]):  # noqa: B006

@@ -55,7 +55,7 @@ def start_node(resolved_name, port=0, tcpros_port=0):
         raise ROSInitException("Failed to initialize time. Please check logs for additional details")
     node = opened
     core.set_node_uri(node.uri)
-    core.add_shutdown_hook(_close)
+    core.add_shutdown_hook(lambda reason: node.close())
     topics.manager.attach(node)
     attach(node)
     return node
@@ -80,10 +80,6 @@ def _refused(text):
     """Report a subscriber or service client with another definition."""
     if not core.is_shutdown_requested():
         core.logwarn(text)
-
-
-def _close(reason):
-    node.close()
 
 
 def serve_loggers():

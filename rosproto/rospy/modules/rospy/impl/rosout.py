@@ -3,6 +3,10 @@
 import logging
 import traceback
 
+from rosgraph_msgs.msg import Log
+
+from .. import core, names, rostime, topics
+
 _rosout_pub = None
 _with_topics = True
 _rospy_to_logging_levels = _LEVELS = {
@@ -18,9 +22,7 @@ _logging_to_rospy_levels = _ROS_LEVELS = {levelno: level for level, levelno in _
 def init_rosout():
     """Publish /rosout."""
     global _rosout_pub, _with_topics
-    from rosgraph_msgs.msg import Log
-
-    from rospy import client, topics
+    from rospy import client
 
     try:
         if _rosout_pub is None:
@@ -56,10 +58,6 @@ class RosOutHandler(logging.Handler):
             self._busy = False
 
     def _message(self, record):
-        from rosgraph_msgs.msg import Log
-
-        from rospy import core, names, rostime, topics
-
         message = Log(
             level=_ROS_LEVELS.get(record.levelno, 2),
             name=names.get_caller_id(),

@@ -3,15 +3,17 @@
 import logging
 import traceback
 
+from rosgraph_msgs.msg import Clock
+
+from .. import rostime, topics
+
 _clock_sub = None
 
 
 def init_simtime():
     """Look up whether time is simulated; False when the master is unreachable."""
     global _clock_sub
-    from rosgraph_msgs.msg import Clock
-
-    from rospy import client, rostime, topics
+    from rospy import client
 
     try:
         code, _, value = client.get_master().getParam("/use_sim_time")

@@ -6,6 +6,10 @@ messages a report covers (wiki.ros.org/Topics, "Topic statistics").
 
 import math
 
+from rosgraph_msgs.msg import TopicStatistics
+
+from .. import core, names, rostime
+
 _UNWATCHED = ("/clock", "/statistics")
 
 
@@ -38,8 +42,6 @@ class SubscriberStatistics:
 
     def note(self, message):
         """Count a message."""
-        from rospy import core
-
         publisher = (message._connection_header or {}).get("callerid", "unknown")
         try:
             link = self._links.get(publisher)
@@ -62,9 +64,7 @@ class SubscriberStatistics:
 
 class _Link:
     def __init__(self, topic, publisher):
-        from rosgraph_msgs.msg import TopicStatistics
-
-        from rospy import rostime, topics
+        from rospy import topics
 
         self._topic = topic
         self._from = publisher
@@ -82,8 +82,6 @@ class _Link:
         self._lost = 0
 
     def note(self, message, owner):
-        from rospy import rostime
-
         now = rostime.Time.now()
         self._arrivals.append(now)
         if getattr(message, "_has_header", False):
@@ -95,10 +93,6 @@ class _Link:
             self._report(now, owner)
 
     def _report(self, now, owner):
-        from rosgraph_msgs.msg import TopicStatistics
-
-        from rospy import names
-
         received = owner.received(self._from)
         message = TopicStatistics(topic=self._topic, node_pub=self._from, node_sub=names.get_name())
         message.window_start, message.window_stop = self._since, now
@@ -117,8 +111,6 @@ class _Link:
 
 
 def _summarize(message, prefix, durations):
-    from rospy import rostime
-
     if not durations:
         return
     values = [duration.to_sec() for duration in durations]

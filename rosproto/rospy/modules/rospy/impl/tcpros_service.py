@@ -31,32 +31,32 @@ from ..service import ServiceException, manager
 from .registration import Registration, get_registration_listeners
 
 
-def service_exception(service, error):
-    """Return rospy's ServiceException for an error in a call of that service."""
+def _why(service, error):
+    """The text of rospy's ServiceException for an error in a call of that service."""
     if core.is_shutdown():  # what rospy raises then (measured), though its documentation names another
-        return ServiceException("service [%s] returned no response" % service)
+        return "service [%s] returned no response" % service
     if isinstance(error, Md5sumMismatch):
         who, asked, theirs = names.get_caller_id(), error.md5sum, error.remote_md5sum
-        return ServiceException(
+        return (
             "unable to connect to service: remote error reported: "
             "request from [%s]: md5sums do not match: [%s] vs. [%s]" % (who, asked, theirs)
         )
     cause = error.__cause__
     if isinstance(error, ServiceError):
         if isinstance(cause, MasterError):
-            return ServiceException("service [%s] unavailable" % service)
+            return "service [%s] unavailable" % service
         if type(error) is not ServiceError:  # refused in the handshake
-            return ServiceException("unable to connect to service: remote error reported: %s" % error.text)
+            return "unable to connect to service: remote error reported: %s" % error.text
         data = error.text.encode("utf-8", "surrogateescape")
-        return ServiceException("service [%s] responded with an error: %s" % (service, data))
+        return "service [%s] responded with an error: %s" % (service, data)
     if isinstance(error, (ConnectionLost, RosTimeout)) and isinstance(cause, OSError):
-        return ServiceException("unable to connect to service: %s" % cause)
+        return "unable to connect to service: %s" % cause
     if isinstance(error, ConnectionLost):
-        return ServiceException(
+        return (
             "transport error completing service call: unable to receive data from sender,"
             " check sender's logs for details"
         )
-    return ServiceException("unable to connect to service: %s" % error)
+    return "unable to connect to service: %s" % error
 
 
 PAUSE = 0.1  # seconds between checks for a service (rospy: 0.3)
@@ -206,7 +206,7 @@ class ServiceProxy(_Service):
                 self.uri = "%s%s:%s" % (core.ROSRPC, *client.address)
             return response
         except RosError as error:
-            raise service_exception(self.resolved_name, error) from error
+            raise ServiceException(_why(self.resolved_name, error)) from error
         except OSError as error:
             raise ServiceException("unable to contact master") from error
 
