@@ -135,11 +135,9 @@ class AccessRules:
             return None
         return Problem(
             421,
-            say(
-                "this server is not called {name!r:.80}; call it by its address, or start it with "
-                "--host-name NAME (a page of another name could reach the robot through it)",
-                name=name,
-            ),
+            "this server is not called {name!r:.80}; call it by its address, or start it with "
+            "--host-name NAME (a page of another name could reach the robot through it)",
+            name=name,
         )
 
     def check_origin(
@@ -164,10 +162,8 @@ class AccessRules:
                 return None
         return Problem(
             403,
-            say(
-                "a page of {origin!r:.100} may not do this; only the page of this server may",
-                origin=origin or site or "",
-            ),
+            "a page of {origin!r:.100} may not do this; only the page of this server may",
+            origin=origin or site or "",
         )
 
     def check_token(self, given: str | None, who: str, now: float) -> Problem | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rosproto.sentence import say
 from woosh_pure.lease import DEFAULT_SECONDS
 from woosh_pure.web.access import AccessRules, Clients, ConnectionSlots
 from woosh_pure.web.goals import command
@@ -48,11 +47,9 @@ class WebContext:
         if name not in self.robots:
             raise Problem(
                 404,
-                say(
-                    "there is no robot {name!r}; there are {names}",
-                    name=name[:40],
-                    names=", ".join(self.robots),
-                ),
+                "there is no robot {name!r}; there are {names}",
+                name=name[:40],
+                names=", ".join(self.robots),
             )
         return self.robots[name]
 
@@ -70,11 +67,11 @@ class WebContext:
         assert holder is not None
         if self.clients.is_page(holder):
             raise Problem(
-                409, say("{holder} is a person, who has to agree; ask for the lease", holder=holder), "lease"
+                409, "{holder} is a person, who has to agree; ask for the lease", "lease", holder=holder
             )
         if not lease.take_over(who, holder, seconds):
             text = "ask {holder} for the lease first; who asks a program twice may take it over"
-            raise Problem(409, say(text, holder=holder), "lease")
+            raise Problem(409, text, "lease", holder=holder)
         robot.journal.note(who, command("take_over", holder=holder))
 
     def close(self, why: str) -> None:

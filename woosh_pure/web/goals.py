@@ -16,7 +16,6 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
 
 from rosproto.errors import RosError
-from rosproto.sentence import say
 from rosproto.text import printable
 from woosh_pure.errors import MotionRefused
 from woosh_pure.motion.goal_handle import GoalHandle
@@ -283,10 +282,9 @@ class GoalManager:
         if len(self.running) >= MOST_RUNNING:
             raise Problem(
                 409,
-                say(
-                    "{most_running} goals are under way already; cancel one first", most_running=MOST_RUNNING
-                ),
+                "{most_running} goals are under way already; cancel one first",
                 "too-many-goals",
+                most_running=MOST_RUNNING,
             )
         number = str(next(self._numbers))
         entry = self._journal.begin(who, what, number)
@@ -344,11 +342,9 @@ class GoalManager:
         if goal is None:
             raise Problem(
                 404,
-                say(
-                    "there is no goal {number!r} (any more); the last {most_kept} are kept",
-                    number=number[:20],
-                    most_kept=MOST_KEPT,
-                ),
+                "there is no goal {number!r} (any more); the last {most_kept} are kept",
+                number=number[:20],
+                most_kept=MOST_KEPT,
             )
         return goal
 
@@ -411,15 +407,17 @@ class IdempotentAnswers:
         if first.request != request:
             raise Problem(
                 422,
-                say("Idempotency-Key {key!r} was sent before, with another body; take a new key", key=key),
+                "Idempotency-Key {key!r} was sent before, with another body; take a new key",
                 "key-used",
+                key=key,
             )
         answer = first.answer
         if answer is None:
             raise Problem(
                 409,
-                say("the first request with Idempotency-Key {key!r} is still being worked on", key=key),
+                "the first request with Idempotency-Key {key!r} is still being worked on",
                 "key-in-use",
+                key=key,
             )
         if isinstance(answer, Problem):
             raise answer.again()

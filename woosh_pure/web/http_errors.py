@@ -13,7 +13,7 @@ from rosproto.errors import (
     ServiceError,
 )
 from rosproto.logs import get_logger
-from rosproto.sentence import Sentence, sentence_of, shown
+from rosproto.sentence import Sentence, say, sentence_of, shown
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
 from woosh_pure.web.snapshot import reasons_part, said_part
@@ -76,18 +76,21 @@ class Problem(Exception):
 
     Attributes:
         status: The HTTP status.
-        text: The sentence.
+        text: The sentence, of a template and its `values`.
         kind: A short word for programs.
         facts: Further members of the document.
     """
 
-    def __init__(self, status: int, text: str, kind: str = "", **facts: Any) -> None:
-        super().__init__(text)
-        self.status, self.text, self.kind, self.facts = status, text, kind, facts
+    def __init__(
+        self, status: int, text: str, kind: str = "", /, *, facts: dict[str, Any] | None = None, **values: Any
+    ) -> None:
+        self.text = say(text, **values) if values else text
+        super().__init__(self.text)
+        self.status, self.kind, self.facts = status, kind, facts or {}
 
     def again(self) -> Problem:
         """A copy to raise again, without the traceback of this one."""
-        return Problem(self.status, self.text, self.kind, **self.facts)
+        return Problem(self.status, self.text, self.kind, facts=self.facts)
 
     def document(self, instance: str, language: str = "en") -> dict[str, Any]:
         """The problem+json document.
@@ -132,7 +135,7 @@ def problem_of(error: Exception) -> Problem:
         return error
     for of, status, kind in KINDS:
         if isinstance(error, of):
-            return Problem(status, for_clients(sentence_of(error)), kind, **_facts(error))
+            return Problem(status, for_clients(sentence_of(error)), kind, facts=_facts(error))
     _logger.error("an unforeseen error: %r", error, exc_info=error)
     return Problem(500, "an error that nobody foresaw; the log of the server has it", "internal")
 

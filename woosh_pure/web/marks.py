@@ -86,7 +86,7 @@ class MarkList:
         with self._changing() as marks:
             _require_free(marks, mark.name)
             if len(marks) >= MOST_MARKS:
-                raise Problem(409, say("there are {most} marks already", most=MOST_MARKS), "too-many-marks")
+                raise Problem(409, "there are {most} marks already", "too-many-marks", most=MOST_MARKS)
             marks[mark.name] = mark
         return mark
 
@@ -149,21 +149,21 @@ def _checked(mark: UserMark) -> UserMark:
 
 def _require(marks: dict[str, UserMark], name: str) -> UserMark:
     if name not in marks:
-        raise Problem(404, say("there is no mark {name!r:.80} on the list of this server", name=name))
+        raise Problem(404, "there is no mark {name!r:.80} on the list of this server", name=name)
     return marks[name]
 
 
 def _require_free(marks: dict[str, UserMark], name: str) -> None:
     if name in marks:
         text = "there is a mark {name!r:.80} already; take another name, or change that one"
-        raise Problem(409, say(text, name=name), "mark-exists")
+        raise Problem(409, text, "mark-exists", name=name)
 
 
 def _not_kept(what: str, error: Exception) -> Problem:
     """Return a problem without the path of the file, and log the path."""
     _logger.error("! the list of marks cannot be %s: %s", what, error)
     text = "the list of marks cannot be {what}; the log of the server says why"
-    return Problem(503, say(text, what=say(what)), "marks-not-kept")
+    return Problem(503, text, "marks-not-kept", what=say(what))
 
 
 def _as_mark(mark: Any) -> UserMark:

@@ -14,7 +14,6 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from rosproto.sentence import say
 from woosh_pure.web.access import AccessRules, Key, cookie_name, cookies
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
@@ -170,7 +169,7 @@ def _announced(headers: Mapping[str, str]) -> int:
 
 
 def _too_large() -> Problem:
-    return Problem(413, say("the body is larger than {most} bytes", most=MOST_BODY))
+    return Problem(413, "the body is larger than {most} bytes", most=MOST_BODY)
 
 
 def _limited(receive: Receive) -> Receive:
@@ -185,7 +184,7 @@ def _limited(receive: Receive) -> Receive:
             message = await asyncio.wait_for(receive(), max(0.0, until - time.monotonic()))
         except asyncio.TimeoutError:
             raise Problem(
-                408, say("the body did not come within {body_seconds:g} s", body_seconds=BODY_SECONDS)
+                408, "the body did not come within {body_seconds:g} s", body_seconds=BODY_SECONDS
             ) from None
         more = bool(message.get("more_body", False))
         got += len(message.get("body", b""))

@@ -111,9 +111,7 @@ class RecordingManager:
             for one in self._all.values():
                 if one.running:
                     raise Problem(
-                        409,
-                        say("recording {id} of {who} runs; end it first", id=one.id, who=one.who),
-                        "recording",
+                        409, "recording {id} of {who} runs; end it first", "recording", id=one.id, who=one.who
                     )
             for old in list(self._all)[: max(0, len(self._all) - MOST_KEPT + 1)]:
                 try:
@@ -191,7 +189,7 @@ class RecordingManager:
         with self._lock:
             found = self._all.get(number)
         if found is None:
-            raise Problem(404, say("there is no recording {number!r}", number=number[:20]))
+            raise Problem(404, "there is no recording {number!r}", number=number[:20])
         return found
 
     def all(self) -> list[Recording]:

@@ -10,7 +10,6 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
-from rosproto.sentence import say
 from woosh_pure.chassis import Chassis
 from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.stopping.report import StopReport
@@ -128,7 +127,7 @@ class Robot:
         """
         if self.unreachable:
             text = "not connected to the robot yet, as when it is switched off: {why}"
-            raise Problem(503, say(text, why=self.unreachable), "not-connected")
+            raise Problem(503, text, "not-connected", why=self.unreachable)
 
     def feed(self, name: str) -> Feed[Any]:
         """A feed of the chassis."""
@@ -147,15 +146,8 @@ class Robot:
         lease = self.chassis.lease
         holder = lease.holder
         if holder is not None and holder != client.name:
-            raise Problem(
-                409,
-                say(
-                    "{holder} commands this robot now; ask for the lease, and wait until it is granted",
-                    holder=holder,
-                ),
-                "leased",
-                holder=holder,
-            )
+            text = "{holder} commands this robot now; ask for the lease, and wait until it is granted"
+            raise Problem(409, text, "leased", facts={"holder": holder}, holder=holder)
         if holder is not None:
             lease.renew(client.name)
 

@@ -16,7 +16,6 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.responses import FileResponse
 from starlette.concurrency import run_in_threadpool
 
-from rosproto.sentence import say
 from woosh_pure.enums import Direction
 from woosh_pure.geometry import Pose2D
 from woosh_pure.web import models
@@ -125,12 +124,10 @@ def _place(robot: Robot, body: Any) -> Pose2D | None:
     if body.kind != "mark":
         raise Problem(
             409,
-            say(
-                "{name} is a place of this list; the chassis itself must know a mark to {kind} there",
-                name=mark.name,
-                kind=body.kind,
-            ),
+            "{name} is a place of this list; the chassis itself must know a mark to {kind} there",
             "mark",
+            name=mark.name,
+            kind=body.kind,
         )
     return mark.pose
 
@@ -216,15 +213,13 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
     if act is None:
         raise Problem(
             409,
-            say(
-                "{description}: this kind of goal cannot be paused; cancel it",
-                description=goal.handle.description,
-            ),
+            "{description}: this kind of goal cannot be paused; cancel it",
             "no-pause",
+            description=goal.handle.description,
         )
     if goal.done:
         raise Problem(
-            409, say("{description}: it has ended already", description=goal.handle.description), "ended"
+            409, "{description}: it has ended already", "ended", description=goal.handle.description
         )
     act()
     goal.paused = verb == "pause"
@@ -344,7 +339,7 @@ def delete_recording(recording: str, request: Request) -> dict[str, Any]:
 
 
 def _runs(recording: Recording) -> Problem:
-    return Problem(409, say("recording {id} still runs; end it first", id=recording.id), "recording")
+    return Problem(409, "recording {id} still runs; end it first", "recording", id=recording.id)
 
 
 @recordings.get(
@@ -358,5 +353,5 @@ def download(recording: str, request: Request) -> FileResponse:
     if found.ended is None:
         found = robot_of(request).recordings.end(recording)
     if not found.path.is_file():
-        raise Problem(404, say("the bag of recording {id} is not there any more", id=found.id))
+        raise Problem(404, "the bag of recording {id} is not there any more", id=found.id)
     return FileResponse(found.path, filename=found.path.name, media_type="application/octet-stream")

@@ -7,7 +7,6 @@ from typing import Any, cast
 
 from fastapi import Path, Request
 
-from rosproto.sentence import say
 from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import MEDIA_TYPE, TITLES, Problem
@@ -46,7 +45,7 @@ async def named_robot(
 async def refuse_null(request: Request) -> None:
     """Refuse a body that is null, which FastAPI treats as a missing one."""
     if (await request.body()).strip() == b"null":
-        raise Problem(422, say("the body is null; allowed: a JSON object, or no body"), "invalid")
+        raise Problem(422, "the body is null; allowed: a JSON object, or no body", "invalid")
 
 
 def context_of(request: Request) -> WebContext:
@@ -76,9 +75,7 @@ def client_of(request: Request) -> Client:
     client = context_of(request).clients.by_session(session)
     if client is None:
         raise Problem(
-            403,
-            say("{session}: this session is over; connect to api/v1/live again", session=SESSION),
-            "session",
+            403, "{session}: this session is over; connect to api/v1/live again", "session", session=SESSION
         )
     return client
 

@@ -14,7 +14,6 @@ from starlette.types import Receive, Scope, Send
 from rosproto.errors import RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.numeric import encode_png
-from rosproto.sentence import say
 from woosh_pure import interface
 from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
@@ -118,8 +117,9 @@ def _feed(name: str, request: Request) -> ChassisFeed[Any]:
     if row.type in PICTURES:
         raise Problem(
             415,
-            say("{name} is too large for this; see camera/color.jpg and camera/depth.png", name=name),
+            "{name} is too large for this; see camera/color.jpg and camera/depth.png",
             "picture",
+            name=name,
         )
     return robot_of(request).feed(name)
 
@@ -149,7 +149,7 @@ def stream_feed(
     found.open()
     if context.streams >= MOST_STREAMS:
         raise Problem(
-            429, say("{most_streams} streams are open already; close one first", most_streams=MOST_STREAMS)
+            429, "{most_streams} streams are open already; close one first", most_streams=MOST_STREAMS
         )
     return _Events(context, feed, found, rate)
 
@@ -262,7 +262,7 @@ def get_costmap_png(request: Request) -> Response:
             message = costmap.next(3.0)
     except RosTimeout:
         text = "nothing came on {costmap_topic}: this chassis does not publish its costmap there"
-        raise Problem(504, say(text, costmap_topic=COSTMAP_TOPIC), "costmap") from None
+        raise Problem(504, text, "costmap", costmap_topic=COSTMAP_TOPIC) from None
     cells = grid_from_message(message).cells
     grey = np.where(cells < 0, 205, 254 - np.clip(cells, 0, 100).astype(np.int16) * 254 // 100)
     return Response(encode_png(grey.astype(np.uint8)[::-1]), media_type="image/png")

@@ -83,7 +83,7 @@ def _of_method(request: Request) -> Problem | None:
     method = request.scope.get("woosh.method", "POST")
     if method == "POST":
         return None
-    return Problem(405, say("this address takes {methods}, not {method}", methods="POST", method=method[:20]))
+    return Problem(405, "this address takes {methods}, not {method}", methods="POST", method=method[:20])
 
 
 async def _over(begun: list[Any]) -> StopReport:
@@ -163,7 +163,7 @@ class _Body:
     def complaint(self) -> Problem | None:
         """Return the error in the body; None if it is valid."""
         if len(self._text) > MOST_BODY:
-            return Problem(413, say("the body is larger than {most} bytes", most=MOST_BODY))
+            return Problem(413, "the body is larger than {most} bytes", most=MOST_BODY)
         if not self._reading.done():
             return Problem(408, "the body did not come")
         if not self._text:
