@@ -79,9 +79,8 @@ def limit_error(name: str, cls: Any, fields: list[str], lack: str) -> FirmwareLi
     label, note = revision_of(cls)
     which = say("the {label} revision", label=label) if label else say("a revision that is not bundled")
     text = say(
-        "{name}: this chassis's firmware has {lack}: it speaks {type} in {which} (md5sum "
-        "{md5sum}){note}. Nothing was "
-        "sent; leave that value out, or ask the vendor for newer firmware",
+        "{name}: this chassis's firmware has {lack}: it speaks {type} in {which} (md5sum {md5sum}){note}. "
+        "Nothing was sent; leave that value out, or ask the vendor for newer firmware",
         name=name,
         lack=say(lack),
         type=cls._type,

@@ -89,9 +89,8 @@ class Feeds:
         except RosTimeout as error:
             raise StaleState(
                 say(
-                    "{topic} is silent, so nobody could see whether the robot obeys; check the chassis, "
-                    "or pass "
-                    "feedback_timeout=None to drive without it",
+                    "{topic} is silent, so nobody could see whether the robot obeys; check the chassis, or "
+                    "pass feedback_timeout=None to drive without it",
                     topic=feed.topic,
                 ),
                 topic=feed.topic,

@@ -218,9 +218,8 @@ class GoalHandle(Generic[P]):
         if not self.done and self._in_own_callback():
             raise LocalProtocolError(
                 say(
-                    "{goal}: waiting for it in a callback of its own news would wait for itself; wait "
-                    "in another "
-                    "thread",
+                    "{goal}: waiting for it in a callback of its own news would wait for itself; wait in "
+                    "another thread",
                     goal=self.description,
                 )
             )

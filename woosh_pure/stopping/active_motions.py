@@ -275,9 +275,8 @@ class ActiveMotions:
         if others and check and not replace:
             raise MotionRefused(
                 say(
-                    "{what} refused, nothing was sent: {goals} is under way and would be lost; wait for "
-                    "it or "
-                    "cancel it, or replace it with replace=True",
+                    "{what} refused, nothing was sent: {goals} is under way and would be lost; wait for it "
+                    "or cancel it, or replace it with replace=True",
                     what=goal.description,
                     goals=[each.description for each in others],
                 )
@@ -347,9 +346,8 @@ class ActiveMotions:
             if check and driving:
                 raise MotionRefused(
                     say(
-                        "velocity refused: {what} is under way and would be disturbed; wait for it, "
-                        "pause or cancel "
-                        "it first",
+                        "velocity refused: {what} is under way and would be disturbed; wait for it, pause or "
+                        "cancel it first",
                         what=", ".join(driving),
                     )
                 )

@@ -259,9 +259,8 @@ class Drive:
             if not (driver.on_robot or self._share):
                 raise MotionRefused(
                     say(
-                        "velocity refused, nothing was sent: {why}; the robot would obey both in turn. "
-                        "End that "
-                        "program; or share (share=True, `woosh drive --share`) if it is silent while "
+                        "velocity refused, nothing was sent: {why}; the robot would obey both in turn. End "
+                        "that program; or share (share=True, `woosh drive --share`) if it is silent while "
                         "you drive",
                         why=driver.sentence(),
                     )
@@ -284,9 +283,8 @@ class Drive:
             self._end(
                 MotionRefused(
                     say(
-                        "the drive is over: {why}; the robot would obey both in turn, and obeys that "
-                        "program now: "
-                        "watch it, and end that program before you drive again",
+                        "the drive is over: {why}; the robot would obey both in turn, and obeys that program "
+                        "now: watch it, and end that program before you drive again",
                         why=driver.sentence(sends=True),
                     )
                 )

@@ -192,9 +192,8 @@ class EndConditions:
         if self._heartbeat is not None and self._heartbeat.late:
             return _connection_lost(
                 say(
-                    "who listens to {topic} has not answered within {seconds:g} s, so what is sent "
-                    "would come "
-                    "late",
+                    "who listens to {topic} has not answered within {seconds:g} s, so what is sent would "
+                    "come late",
                     topic=self._publisher.topic,
                     seconds=LATE,
                 )
