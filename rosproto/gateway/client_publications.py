@@ -84,7 +84,6 @@ class ClientPublication:
         self.topic = publisher.topic
         self.type_name = publisher.type_name
         self.message_class: type[Message] = publisher.message_class
-        self.latch = publisher.latch
         self.closed = False
 
     def publish(self, message: Any) -> None:
@@ -101,11 +100,6 @@ class ClientPublication:
                 return
             self._early = None
         self._owner.velocity_watchdog.publish(self.client, self._publisher, message)
-
-    @property
-    def connections(self) -> int:
-        """Subscribers connected now."""
-        return self._publisher.connections
 
     def close(self) -> None:
         """Stop publishing; if the client drove there, zero follows. May be called again."""

@@ -195,21 +195,17 @@ class _SharedTopic:
                 return
             linger = self._shared_subscriptions.linger
             if linger > 0.0 and self.subscriber is not None:
-                self._timer = threading.Timer(linger, self._leave)
+                self._timer = threading.Timer(linger, self.end, kwargs={"only_if_unused": True})
                 self._timer.daemon = True
                 self._timer.name = f"rosproto:leave {self.topic}"
                 self._timer.start()
                 return
-        self._leave()
+        self.end(only_if_unused=True)
 
     def _stop_timer(self) -> None:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
-
-    def _leave(self) -> None:
-        """Unsubscribe after the linger time, in which no receiver came."""
-        self.end(only_if_unused=True)
 
     def end(self, *, only_if_unused: bool = False) -> None:
         """Unsubscribe."""

@@ -108,8 +108,11 @@ class _Reader:
         self.parts = (seconds, f"n{seconds}")
         self.fields: dict[str, dict[str, FieldLayout]] = {}
 
+    def error(self, text: str, path: str) -> CodecError:
+        return CodecError(text, type_name=self.top, field_path=path)
+
     def wrong(self, expected: str, value: Any, path: str) -> CodecError:
-        return CodecError(f"{shown(value)} given; expected {expected}", type_name=self.top, field_path=path)
+        return self.error(f"{shown(value)} given; expected {expected}", path)
 
     def message(self, layout: Layout, message: Any, value: Any, path: str) -> None:
         """Fill `message`."""
@@ -123,11 +126,10 @@ class _Reader:
         for name, item in value.items():
             field = fields.get(name)
             if field is None:
-                raise CodecError(
-                    f"{layout.spec.name} has no field {name[:100]!r}; it has: {', '.join(fields) or 'none'}",
-                    type_name=self.top,
-                    field_path=path,
+                text = (
+                    f"{layout.spec.name} has no field {name[:100]!r}; it has: {', '.join(fields) or 'none'}"
                 )
+                raise self.error(text, path)
             inner = f"{path}.{name}" if path else name
             if field.is_array:
                 setattr(message, field.attr, self.array(field, item, inner))
@@ -163,11 +165,7 @@ class _Reader:
                 value.encode("utf-8")
             except UnicodeEncodeError as error:
                 half = f"half a character (surrogate U+{ord(value[error.start]):04X})"
-                raise CodecError(
-                    f"{half} at {error.start}; expected a text of whole ones",
-                    type_name=self.top,
-                    field_path=path,
-                ) from None
+                raise self.error(f"{half} at {error.start}; expected a text of whole ones", path) from None
         return value
 
     def real(self, field: FieldLayout, value: float, path: str) -> float:
@@ -182,9 +180,7 @@ class _Reader:
         value_style = self.binding.value_style
         if value == "now" and field.base == "time":
             if self.now is None:
-                raise CodecError(
-                    "'now' means nothing here: there is no clock", type_name=self.top, field_path=path
-                )
+                raise self.error("'now' means nothing here: there is no clock", path)
             return value_style.time.from_wire(self.now.secs, self.now.nsecs)
         if type(value) is not dict or not value.keys() <= set(self.parts):
             names = ", ".join(f'"{name}"' for name in self.parts)
@@ -208,9 +204,7 @@ class _Reader:
         else:
             items = value
         if field.length is not None and len(items) != field.length:
-            raise CodecError(
-                f"{len(items)} elements given; expected {field.length}", type_name=self.top, field_path=path
-            )
+            raise self.error(f"{len(items)} elements given; expected {field.length}", path)
         if items is not value:
             return items
         if field.layout is not None:
@@ -228,7 +222,7 @@ class _Reader:
         try:
             return b64decode("".join(value.split()), validate=True)
         except ValueError as error:
-            raise CodecError(f"no base64: {error}", type_name=self.top, field_path=path) from None
+            raise self.error(f"no base64: {error}", path) from None
 
     def numbers(self, field: FieldLayout, value: list[Any], path: str) -> Any:
         """An array of numbers, checked at the speed of `struct`."""

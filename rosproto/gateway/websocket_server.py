@@ -33,8 +33,8 @@ from rosproto.transport.os_errors import system_errors
 
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 FRAGMENTS = 4096
-"""Of one message. Empty ones cost memory too, which no limit of bytes sees; `websockets` counts them itself
-from 17.4 on, which needs Python 3.11."""
+"""Of one message. Empty ones cost memory too, which no limit of bytes sees; `recv` of `websockets` counts
+them only from 17.4 on, which needs Python 3.11."""
 UNREAD = 0  # messages of a client read ahead of its session
 TURN = 0.001  # seconds of the loop's time after which a client waits for its turn
 SHARE = 0.1  # of the loop's time; a client that takes less never waits

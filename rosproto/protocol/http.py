@@ -9,6 +9,7 @@ OK`, `Content-length: ` with one space, never chunked. The reader accepts more: 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from http import HTTPStatus
 from typing import NamedTuple
@@ -99,9 +100,7 @@ class _Connection:
         self._searched = 0  # the head does not end before this; keeps byte-by-byte input linear
         self._head: _Head | None = None
         self._body = bytearray()
-        self._chunk_left: int | None = None
-        self._trailer_bytes = 0
-        self._in_trailers = False
+        self._chunks: Iterator[bool] | None = None
         self._ended = False
 
     def receive(self, data: bytes | bytearray | memoryview) -> None:
@@ -186,7 +185,8 @@ class _Connection:
     def _read_body(self, head: _Head) -> bytes | None:
         """Take out the whole body; None while it is incomplete."""
         if head.chunked:
-            complete = self._read_chunks()
+            self._chunks = self._chunks or self._read_chunks()
+            complete = next(self._chunks, False)
         elif head.length is None:
             self._check_body(len(self._buffer))
             complete = self._ended
@@ -200,7 +200,7 @@ class _Connection:
             return None
         body = bytes(self._body)
         self._body.clear()
-        self._head = None
+        self._head = self._chunks = None
         return body
 
     def _move_to_body(self, size: int) -> None:
@@ -208,48 +208,32 @@ class _Connection:
             self._body += view[:size]
         del self._buffer[:size]
 
-    def _read_chunks(self) -> bool:
-        while True:
-            if self._in_trailers:
-                return self._read_trailers()
-            if self._chunk_left is None and not self._read_chunk_size():
-                return False
-            assert self._chunk_left is not None
-            if self._chunk_left == 0:  # the last chunk
-                self._in_trailers, self._chunk_left, self._trailer_bytes = True, None, 0
-            elif not self._read_chunk():
-                return False
-
-    def _read_chunk_size(self) -> bool:
-        line = self._cut_line(_CHUNK_LINE_BYTES)
-        if line is None:
-            return False
-        digits = line.partition(b";")[0].strip()
-        if not digits or len(digits) > 16 or digits.strip(b"0123456789abcdefABCDEF"):
-            raise HttpStatusError(400, f"chunk size {digits[:40]!r} is no hexadecimal number")
-        self._chunk_left = int(digits, 16)
-        self._check_body(len(self._body) + self._chunk_left)
-        return True
-
-    def _read_chunk(self) -> bool:
-        assert self._chunk_left is not None
-        if len(self._buffer) < self._chunk_left + 2:
-            return False
-        self._move_to_body(self._chunk_left)
-        if self._cut_line(2) != b"":
-            raise HttpStatusError(400, "a chunk is longer than its size says")
-        self._chunk_left = None
-        return True
-
-    def _read_trailers(self) -> bool:
-        while (line := self._cut_line(self._limits.http_head_bytes)) is not None:
-            self._trailer_bytes += len(line)
-            if self._trailer_bytes > self._limits.http_head_bytes:
-                raise TooLarge("http_head_bytes", self._trailer_bytes, self._limits.http_head_bytes)
-            if not line:
-                self._in_trailers = False
-                return True
-        return False
+    def _read_chunks(self) -> Iterator[bool]:
+        """Move a chunked body out of the buffer; yields False while bytes are missing, and then True."""
+        size = -1
+        line: bytes | None = None
+        while size:
+            while (line := self._cut_line(_CHUNK_LINE_BYTES)) is None:
+                yield False
+            digits = line.partition(b";")[0].strip()
+            if not digits or len(digits) > 16 or digits.strip(b"0123456789abcdefABCDEF"):
+                raise HttpStatusError(400, f"chunk size {digits[:40]!r} is no hexadecimal number")
+            size = int(digits, 16)
+            self._check_body(len(self._body) + size)
+            if size:
+                while len(self._buffer) < size + 2:
+                    yield False
+                self._move_to_body(size)
+                if self._cut_line(2) != b"":
+                    raise HttpStatusError(400, "a chunk is longer than its size says")
+        trailer_bytes = 0
+        while line:
+            while (line := self._cut_line(self._limits.http_head_bytes)) is None:
+                yield False
+            trailer_bytes += len(line)
+            if trailer_bytes > self._limits.http_head_bytes:
+                raise TooLarge("http_head_bytes", trailer_bytes, self._limits.http_head_bytes)
+        yield True
 
     def _cut_line(self, limit: int) -> bytes | None:
         end = self._buffer.find(b"\n", 0, limit + 2)

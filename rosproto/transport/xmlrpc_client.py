@@ -222,15 +222,6 @@ class _Link:
 
     def exchange(self, method: str, body: bytes, deadline: Deadline) -> Response:
         """Send a request and read its response; a failed request is not delivered later either."""
-        try:
-            return self._exchange(method, body, deadline)
-        except BaseException:
-            # After an outage the network would deliver the old request behind newer ones, and register a
-            # publisher for ever that was unregistered meanwhile.
-            set_linger(self._sock, False)
-            raise
-
-    def _exchange(self, method: str, body: bytes, deadline: Deadline) -> Response:
         self.answered = False
         doing = f"{method} at {self._client.uri}"
         host = format_address(self._client.host, self._client.port)
@@ -238,29 +229,27 @@ class _Link:
         try:
             self._sock.settimeout(deadline.for_socket())
             self._sock.sendall(request)
-            response = self._read(deadline)
-        except OSError as error:
-            if isinstance(error, ConnectionLost):
-                raise
-            raise translate(error, doing, self._client.uri, deadline) from error
-        if response is None:
-            why = "the server closed the connection without an answer"
-            raise ConnectionLost(f"{doing}: {why}", peer=self._client.uri, why=why)
+            response = self._read(doing, deadline)
+        except BaseException as error:
+            # After an outage the network would deliver the old request behind newer ones, and register a
+            # publisher for ever that was unregistered meanwhile.
+            set_linger(self._sock, False)
+            if isinstance(error, OSError) and not isinstance(error, ConnectionLost):
+                raise translate(error, doing, self._client.uri, deadline) from error
+            raise
         self.used = True
         return response
 
-    def _read(self, deadline: Deadline) -> Response | None:
-        """The response; None if the server closed without one."""
-        while True:
-            event = self._http.next_event()
-            if isinstance(event, Response):
-                return event
-            if event is not None:
-                return None
+    def _read(self, doing: str, deadline: Deadline) -> Response:
+        while (event := self._http.next_event()) is None:
             self._sock.settimeout(deadline.for_socket())
             data = self._sock.recv(_RECV_BYTES)
             self.answered = self.answered or bool(data)
             self._http.receive(data)
+        if isinstance(event, Response):
+            return event
+        why = "the server closed the connection without an answer"
+        raise ConnectionLost(f"{doing}: {why}", peer=self._client.uri, why=why)
 
     def abort(self) -> None:
         """Wake the thread that uses this connection; it then closes it."""

@@ -12,7 +12,7 @@ from rosproto.gateway.access import Access
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
-from rosproto.gateway.foxglove.server_state import ServerState, ViewerSession
+from rosproto.gateway.foxglove.server_state import ServerState
 from rosproto.gateway.foxglove.session import FoxgloveSession
 from rosproto.gateway.gateway_server import GatewayServer
 from rosproto.gateway.local_topic import LocalTopic
@@ -137,7 +137,18 @@ class Foxglove(GatewayServer):
     @property
     def clients(self) -> tuple[ClientFacts, ...]:
         """The connected clients."""
-        return tuple(_facts(session) for session in self._state.sessions)
+        return tuple(
+            ClientFacts(
+                session.channel.peer,
+                session.topics,
+                session.channel.sent,
+                session.channel.sent_bytes,
+                session.dropped,
+                session.published,
+                session.since,
+            )
+            for session in self._state.sessions
+        )
 
     def stats(self) -> FoxgloveStats:
         """The counters now."""
@@ -151,16 +162,3 @@ class Foxglove(GatewayServer):
             topics=state.shared_subscriptions.topics,
             zeros=state.velocity_watchdog.zeros,
         )
-
-
-def _facts(session: ViewerSession) -> ClientFacts:
-    channel = session.channel
-    return ClientFacts(
-        channel.peer,
-        session.topics,
-        channel.sent,
-        channel.sent_bytes,
-        session.dropped,
-        session.published,
-        session.since,
-    )
