@@ -8,6 +8,7 @@ import io
 import platform
 import subprocess
 import sys
+import sysconfig
 import threading
 import time
 
@@ -339,7 +340,10 @@ print(fewest)  # a thread that has just started may have taken another arena of 
 """
 
 
-@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="is about the allocator of glibc")
+@pytest.mark.skipif(
+    platform.libc_ver()[0] != "glibc" or bool(sysconfig.get_config_var("Py_GIL_DISABLED")),
+    reason="is about the allocator of glibc; a Python without the GIL has another one",
+)
 @pytest.mark.parametrize("size", [500_000, 3_000_000])
 def test_chunks_are_unpacked_into_memory_that_was_used_before(tmp_path, size):
     """The system would give new pages for each chunk, one fault for each: 2400 or 14600 here."""
