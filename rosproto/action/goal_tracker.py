@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Callable, Collection
 from typing import Any
 
-from rosproto.action.sent_goal import MOST_SERVERS, GivenUpGoals, SentGoal
+from rosproto.action.sent_goal import GivenUpGoals, SentGoal
 from rosproto.errors import ConnectionLost, LocalProtocolError
 from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.goal_client import CommState
@@ -25,6 +25,9 @@ _log = get_logger("rosproto.action")
 MOST_WAITING = 100  # callbacks
 RESULT_TIMEOUT = 10.0  # seconds between the status that says a goal has ended, and its result
 MOST_GOALS = 1000
+STEADY = 2.0  # seconds that a server must be heard without a gap until its silence about a goal counts
+GAP = 1.0  # seconds without a status array that make a gap; five are sent each second
+MOST_SERVERS = 64  # node names that send status for one action; peers choose their names
 _LOOK_AGAIN = 0.25  # seconds between looks at how long the server has been silent
 
 
@@ -105,7 +108,7 @@ class GoalTracker:
 
     Attributes:
         followed: The goals under way by id, the oldest first.
-        heard: When each server was heard last, by caller id.
+        heard: Since when each server is heard without a gap, and when it was heard last, by caller id.
         given_up: Goals that were given up before they arrived.
         closed: Set by `close`.
     """
@@ -123,7 +126,7 @@ class GoalTracker:
     ) -> None:
         self.name = name
         self.followed: dict[str, SentGoal] = {}
-        self.heard: dict[str, float] = {}
+        self.heard: dict[str, tuple[float, float]] = {}
         self.given_up = GivenUpGoals()
         self.closed = False
         self._clock = clock
@@ -153,7 +156,9 @@ class GoalTracker:
         with self._changed:
             now = self._clock.monotonic()
             limit = self._status_timeout
-            heard = [(at, server) for server, at in self.heard.items() if limit is None or now - at <= limit]
+            heard = [
+                (at, server) for server, (_, at) in self.heard.items() if limit is None or now - at <= limit
+            ]
         return [server for _, server in sorted(heard)]
 
     def close(self) -> bool:
@@ -253,7 +258,8 @@ class GoalTracker:
         if self._status_timeout is None:
             return None
         server = goal.machine.server
-        last = self.heard.get(server, 0.0) if server else max(self.heard.values(), default=0.0)
+        of_interest = [server] if server else list(self.heard)
+        last = max((self.heard[one][1] for one in of_interest if one in self.heard), default=0.0)
         silence = self._clock.monotonic() - max(last, goal.sent_at)
         if silence <= self._status_timeout:
             return None
@@ -272,7 +278,6 @@ class GoalTracker:
         mentioned = {status.goal_id.id: status for status in message.status_list}
         with self._changed:
             now = self._hear(server)
-            self.given_up.heard(server, now)
             too_late = self.given_up.too_late(mentioned, now)
             for goal in list(self.followed.values()):
                 status = mentioned.get(goal.goal_id)
@@ -315,10 +320,12 @@ class GoalTracker:
         if server not in heard and heard:
             text = "= %s: status also from %s, before from %s"
             self._said.info(self.name, text, self.name, server, list(heard)[-3:])
-        now = heard[server] = self._clock.monotonic()
+        now = self._clock.monotonic()
+        since, last = heard.get(server, (now, now))
+        heard[server] = (now if now - last > GAP else since, now)
         if len(heard) > MOST_SERVERS:
             needed = {server, *(goal.machine.server for goal in self.followed.values())}
-            others = [(at, other) for other, at in heard.items() if other not in needed]
+            others = [(at, other) for other, (_, at) in heard.items() if other not in needed]
             del heard[min(others or [(0.0, next(iter(heard)))])[1]]
         return now
 
@@ -328,7 +335,8 @@ class GoalTracker:
         if timeout is None or goal.acknowledged or now - goal.sent_at < timeout:
             return ()
         takes_goals = server in goal.receivers or goal.receivers.isdisjoint(self._receivers())
-        if not takes_goals or not self.given_up.is_steady(server, now):
+        since, _ = self.heard.get(server, (now, now))
+        if not takes_goals or now - since < STEADY:
             return ()
         self.given_up.give_up(goal.goal_id, now)
         return goal.machine.lose(

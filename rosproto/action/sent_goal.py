@@ -19,7 +19,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rosproto.bounded_cache import BoundedCache
 from rosproto.protocol.goal_client import CommState, GoalMachine
 from rosproto.protocol.goal_status import GoalStatus
 from rosproto.time import Time
@@ -90,34 +89,18 @@ class SentGoal:
         return now - self.ended_at
 
 
-STEADY = 2.0  # seconds that a server must be heard without a gap until its silence about a goal counts
-GAP = 1.0  # seconds without a status array that make a gap; five are sent each second
 AGAIN = 1.0  # seconds between two cancels of a goal that arrived too late
 KEEP = 120.0  # seconds; by then every system has given up retransmitting
 MOST_GIVEN_UP = 1000
-MOST_SERVERS = 64  # node names that send status for one action; peers choose their names
 
 _RUNNING = (GoalStatus.PENDING, GoalStatus.ACTIVE)
 
 
 class GivenUpGoals:
-    """Which servers are heard steadily, and which goals were given up."""
+    """The goals that were given up."""
 
     def __init__(self) -> None:
-        self._runs: BoundedCache[str, tuple[float, float]] = BoundedCache(
-            MOST_SERVERS
-        )  # heard since, heard last
         self._given_up: dict[str, tuple[float, float]] = {}  # goal id: forgotten at, cancelled again from
-
-    def heard(self, server: str, now: float) -> None:
-        """A status array of `server` arrived."""
-        since, last = self._runs.get(server) or (now, now)
-        self._runs.put(server, (now if now - last > GAP else since, now))
-
-    def is_steady(self, server: str, now: float) -> bool:
-        """True when `server` has been heard without a gap for `STEADY` seconds."""
-        since, _ = self._runs.get(server) or (now, now)
-        return now - since >= STEADY
 
     def give_up(self, goal_id: str, now: float) -> None:
         """Have the goal cancelled if it appears in a status array."""

@@ -21,16 +21,8 @@ from typing import Any, NamedTuple
 MOST_PARTS = 128
 
 
-class Absent:
-    """Type of `ABSENT`: the parameter is not set."""
-
-    __slots__ = ()
-
-    def __repr__(self) -> str:
-        return "ABSENT"
-
-
-ABSENT = Absent()
+ABSENT: Any = object()
+"""The parameter is not set."""
 
 
 class ParameterChange(NamedTuple):

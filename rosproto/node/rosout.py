@@ -40,14 +40,9 @@ LEVELS = {name: python for name, _, python in _TABLE}
 """Name -> level of `logging`."""
 
 
-def ros_level(levelno: int) -> int:
-    """Convert a `logging` level to rosgraph_msgs/Log: the highest level that is not above it."""
-    return next((ros for _, ros, python in reversed(_TABLE) if levelno >= python), 1)
-
-
-def level_name(levelno: int) -> str:
-    """ROS's name of a level of `logging`: the highest one that is not above it ("debug" below all)."""
-    return next((name for name, _, python in reversed(_TABLE) if levelno >= python), "debug")
+def ros_level(levelno: int) -> tuple[str, int]:
+    """ROS's name and rosgraph_msgs/Log of a level of `logging`: the highest not above it, else debug."""
+    return next(((name, ros) for name, ros, python in reversed(_TABLE) if levelno >= python), _TABLE[0][:2])
 
 
 ROOT = "root"
@@ -98,7 +93,7 @@ class LoggerServices:
     def _get(self, request: Any) -> dict[str, Any]:
         return {
             "loggers": [
-                self._entry(name=name, level=level_name(_logger(name).getEffectiveLevel()))
+                self._entry(name=name, level=ros_level(_logger(name).getEffectiveLevel())[0])
                 for name in logger_names()
             ]
         }
@@ -184,7 +179,7 @@ class Rosout:
     def _message(self, record: logging.LogRecord, text: str) -> Any:
         message: Any = self._log_class()
         message.header.stamp = self._clock.now()
-        message.level = ros_level(record.levelno)
+        _, message.level = ros_level(record.levelno)
         message.name = self._name
         message.msg = text
         message.file = record.filename

@@ -328,28 +328,18 @@ class TopicTable:
 
     def bus_info(self) -> list[list[Any]]:
         """[connectionId, destinationId, direction, transport, topic, connected, text] for each link."""
-        rows: list[list[Any]] = []
-        for publication in list(self._publications.values()):
-            for link in publication.all_links:
-                stats = link.stats()
-                rows.append(
-                    [link.id, stats.peer, "o", stats.transport, stats.topic, stats.connected, _text(stats)]
-                )
-        for subscription in list(self._subscriptions.values()):
-            for incoming in list(subscription.links.values()):
-                stats = incoming.stats()
-                rows.append(
-                    [
-                        incoming.id,
-                        incoming.uri,
-                        "i",
-                        stats.transport,
-                        stats.topic,
-                        stats.connected,
-                        _text(stats),
-                    ]
-                )
-        return rows
+        return [
+            *(
+                _bus_row(link.id, link.caller_id, link.stats())
+                for publication in list(self._publications.values())
+                for link in publication.all_links
+            ),
+            *(
+                _bus_row(link.id, link.uri, link.stats())
+                for subscription in list(self._subscriptions.values())
+                for link in list(subscription.links.values())
+            ),
+        ]
 
     def bus_stats(self) -> list[list[Any]]:
         """[publishStats, subscribeStats, serviceStats], as in the wiki (rospy adds a column)."""
@@ -385,8 +375,10 @@ def _close_publishers(publication: Publication) -> None:
         publisher.close()
 
 
-def _text(stats: LinkStats) -> str:
-    return f"{stats.transport} connection to [{stats.address}], {stats.state}"
+def _bus_row(id: int, destination: str, stats: LinkStats) -> list[Any]:
+    direction = "o" if stats.direction == "out" else "i"
+    text = f"{stats.transport} connection to [{stats.address}], {stats.state}"
+    return [id, destination, direction, stats.transport, stats.topic, stats.connected, text]
 
 
 def _int32(count: int) -> int:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rosproto.codec import AnyMsg, Message, decoder, encode_parts, encoder
+from rosproto.codec import AnyMsg, Message, decoder, encoder
 
 ANY = "*"
 
@@ -60,10 +60,6 @@ class TopicType:
     def may_be_large(self) -> bool:
         """True if a message may contain large arrays, which are sent in parts without a copy."""
         return bool(getattr(self.message_class, "_has_views", False))
-
-    def encode_parts(self, message: Any) -> list[bytes | memoryview]:
-        """Encode in parts; large arrays are views of the caller's memory."""
-        return encode_parts(message)
 
     def fits(self, other: TopicType) -> bool:
         """True when both may be used for one topic of one node."""

@@ -84,14 +84,14 @@ class SlaveApi:
         self._said = PeerLog("rosproto.node")
         self.on_parameter_update: Callable[[str, Any, bool], bool] = lambda key, value, trusted: False
         self.methods: dict[str, tuple[Callable[..., Reply], int, Any]] = {
-            "getBusStats": (self._get_bus_stats, 1, []),
-            "getBusInfo": (self._get_bus_info, 1, []),
-            "getMasterUri": (self._get_master_uri, 1, ""),
-            "getName": (self._get_name, 1, ""),
-            "getUri": (self._get_uri, 1, ""),
-            "getPid": (self._get_pid, 1, -1),
-            "getSubscriptions": (self._get_subscriptions, 1, []),
-            "getPublications": (self._get_publications, 1, []),
+            "getBusStats": (lambda *_: [1, "bus stats", topics.bus_stats()], 1, []),
+            "getBusInfo": (lambda *_: [1, "bus info", topics.bus_info()], 1, []),
+            "getMasterUri": (lambda *_: [1, master.uri, master.uri], 1, ""),
+            "getName": (lambda *_: [1, "", name], 1, ""),
+            "getUri": (lambda *_: [1, "", own_uri()], 1, ""),
+            "getPid": (lambda *_: [1, "", os.getpid()], 1, -1),
+            "getSubscriptions": (lambda *_: [1, "subscriptions", topics.subscriptions()], 1, []),
+            "getPublications": (lambda *_: [1, "publications", topics.publications()], 1, []),
             "paramUpdate": (self._param_update, 3, 0),
             "publisherUpdate": (self._publisher_update, 3, 0),
             "requestTopic": (self._request_topic, 3, []),
@@ -125,30 +125,6 @@ class SlaveApi:
             return [-1, str(error), refusal]
 
     # -- questions ------------------------------------------------------------------------------------------
-
-    def _get_bus_stats(self, peer: str, caller_id: str) -> Reply:
-        return [1, "bus stats", self._topics.bus_stats()]
-
-    def _get_bus_info(self, peer: str, caller_id: str) -> Reply:
-        return [1, "bus info", self._topics.bus_info()]
-
-    def _get_master_uri(self, peer: str, caller_id: str) -> Reply:
-        return [1, self._master.uri, self._master.uri]
-
-    def _get_name(self, peer: str, caller_id: str) -> Reply:
-        return [1, "", self._name]
-
-    def _get_uri(self, peer: str, caller_id: str) -> Reply:
-        return [1, "", self._own_uri()]
-
-    def _get_pid(self, peer: str, caller_id: str) -> Reply:
-        return [1, "", os.getpid()]
-
-    def _get_subscriptions(self, peer: str, caller_id: str) -> Reply:
-        return [1, "subscriptions", self._topics.subscriptions()]
-
-    def _get_publications(self, peer: str, caller_id: str) -> Reply:
-        return [1, "publications", self._topics.publications()]
 
     def _request_topic(self, peer: str, caller_id: str, topic: Any, protocols: Any) -> Reply:
         """Choose the first protocol of the list that we support; unknown ones are skipped."""

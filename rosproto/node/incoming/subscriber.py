@@ -60,10 +60,7 @@ class Subscriber:
 
     def next_stamped(self, timeout: float | None = 10.0) -> tuple[Any, float]:
         """As `next`, with the time of receipt: seconds since 1970 by this computer's clock."""
-        if self._queue.runner is not None:
-            raise LocalProtocolError(
-                f"{self.topic}: this subscriber has a callback, which gets every message"
-            )
+        self._check_no_callback()
         timeout = as_float(timeout)
         item = self._inbox.get(timeout)
         if item is not None:
@@ -79,15 +76,18 @@ class Subscriber:
 
     def __iter__(self) -> Iterator[Any]:
         """Every message from now on, until the subscriber or the node is closed."""
-        if self._queue.runner is not None:
-            raise LocalProtocolError(
-                f"{self.topic}: this subscriber has a callback, which gets every message"
-            )
+        self._check_no_callback()
         while True:
             item = self._inbox.get(None)
             if item is None:
                 return
             yield item[0]
+
+    def _check_no_callback(self) -> None:
+        if self._queue.runner is not None:
+            raise LocalProtocolError(
+                f"{self.topic}: this subscriber has a callback, which gets every message"
+            )
 
     @property
     def latest(self) -> Any:

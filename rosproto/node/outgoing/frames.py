@@ -10,7 +10,7 @@ import struct
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from rosproto.codec import AnyMsg, Message, prepare
+from rosproto.codec import AnyMsg, Message, encode_parts, prepare
 from rosproto.codec.conversion import Conversion
 from rosproto.errors import CodecError
 from rosproto.node.definitions.topic_type import TopicType
@@ -177,7 +177,7 @@ class FrameEncoder:
         seq = next(self._seq) & 0xFFFFFFFF if self._has_header else None
         if not type_.may_be_large:
             return small_frame(type_.encode(message), seq)
-        parts = type_.encode_parts(message)
+        parts = encode_parts(message)
         if len(parts) == 1 and len(parts[0]) < LARGE:
             return small_frame(bytes(parts[0]), seq)
         frame = LargeFrame(parts, seq)

@@ -222,8 +222,12 @@ class ServiceClient:
             self._wait_for_turn(deadline)
         try:
             link = self._kept
-            if link is None or not link.usable:
-                link = self._kept = self._replaced(link, deadline)
+            if link is not None and not link.usable:
+                logger.debug("! service %s: %s closed the idle connection", self.name, link.peer)
+                self._drop(link)
+                link = self._kept = None
+            if link is None:
+                link = self._kept = self._connect(deadline)
             try:
                 return link, self._exchange(link, request, body, deadline, cancellation)
             except ServiceError:
@@ -234,14 +238,6 @@ class ServiceClient:
                 raise
         finally:
             self._turn.release()
-
-    def _replaced(self, dead: ServiceLink | None, deadline: Deadline) -> ServiceLink:
-        """A new link in place of one that was closed while idle."""
-        if dead is not None:
-            logger.debug("! service %s: %s closed the idle connection", self.name, dead.peer)
-            self._kept = None
-            self._drop(dead)
-        return self._connect(deadline)
 
     def _exchange(
         self,

@@ -155,7 +155,7 @@ class ServiceSession:
             with self._lock:
                 # Under the lock, and before close() frees the descriptor: the connection must be cut when
                 # `join` returns.
-                self._shutdown()
+                interrupt(self._sock)
                 self._busy, self._ending = False, True
                 self._changed.notify_all()
             self._sock.close()
@@ -193,7 +193,7 @@ class ServiceSession:
         with self._lock:
             self._ending = True
             if not self._busy:
-                self._shutdown()
+                interrupt(self._sock)
 
     def join(self, timeout: float | None) -> bool:
         """Wait at most `timeout` seconds until the request in progress is answered; then cut the connection.
@@ -205,11 +205,8 @@ class ServiceSession:
         if not done:
             with self._changed:
                 done = self._changed.wait_for(lambda: not self._busy, timeout)
-                self._shutdown()
+                interrupt(self._sock)
         return done
-
-    def _shutdown(self) -> None:
-        interrupt(self._sock)
 
 
 class ServiceServer:

@@ -9,7 +9,7 @@ import pytest
 from rosproto.errors import ServiceError
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.node.rosout import level_name
+from rosproto.node.rosout import ros_level
 
 
 def test_log_levels_are_told_and_set_by_name_only():
@@ -36,4 +36,4 @@ def test_log_levels_are_told_and_set_by_name_only():
     [(0, "debug"), (10, "debug"), (15, "debug"), (20, "info"), (35, "warn"), (50, "fatal"), (99, "fatal")],
 )
 def test_a_level_between_two_has_the_lower_name(level, name):
-    assert level_name(level) == name
+    assert ros_level(level)[0] == name

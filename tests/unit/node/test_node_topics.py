@@ -235,7 +235,7 @@ def test_queue_size_one_is_the_newest_message(nodes: tuple[Node, Node]) -> None:
     publisher.wait_for_connection()
     publisher.publish(data=1)
     runner: Any = subscriber._queue.runner
-    eventually(lambda: runner is not None and runner.has_thread)
+    eventually(lambda: runner is not None and not runner.takes_all)
     publisher.publish(data=2)
     eventually(lambda: 2 in seen)
     for n in range(3, 1001):
