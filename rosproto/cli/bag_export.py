@@ -17,7 +17,7 @@ from .bag_progress import Progress
 from .console import counted
 from .exit_codes import CommandError
 from .export_parquet import need, new_paths, write_parquet
-from .fields import parse_field_path
+from .fields import header, parse_field_path, row
 from .options import add_allow_damaged, add_quiet
 
 
@@ -96,26 +96,20 @@ class _CsvFile:
 
     def __init__(self, path: str, fields: list[str] | None) -> None:
         self.path = path
-        self._fields = fields
-        self._takers = [parse_field_path(field.replace(".", "/")) for field in fields or ()]
+        self._columns = [
+            (f"field.{field}", parse_field_path(field.replace(".", "/"))) for field in fields or ()
+        ] or [("field", parse_field_path(""))]
         self._file: TextIO = open(path, "w", encoding="utf-8", newline="")  # noqa: SIM115
         self._begun = False
 
     def write(self, message: Any, receive_ns: int) -> None:
-        from .fields import header, row
-
-        if not self._takers:
-            names, cells = ([header(message, "field")] if not self._begun else []), [row(message)]
-        else:
-            values = [take(message) for take in self._takers]
-            pairs = zip(values, self._fields or (), strict=True)
-            names = [] if self._begun else [header(value, f"field.{name}") for value, name in pairs]
-            cells = [row(value) for value in values]
+        values = [(name, take(message)) for name, take in self._columns]
+        lines = [[str(receive_ns), *(row(value) for _, value in values)]]
+        if not self._begun:
+            lines.insert(0, ["%time", *(header(value, name) for name, value in values)])
+            self._begun = True
         with named(self.path):
-            if not self._begun:
-                self._file.write(",".join(["%time", *filter(None, names)]) + "\n")
-                self._begun = True
-            self._file.write(",".join([str(receive_ns), *filter(None, cells)]) + "\n")
+            self._file.writelines(",".join(filter(None, cells)) + "\n" for cells in lines)
 
     def close(self) -> None:
         with named(self.path):
