@@ -1,6 +1,6 @@
 """The progress line of a long command, on stderr; not shown in the first second.
 
-Each step updates it; a thread updates it during a long step, such as a slow server's answer.
+A thread writes it, also during a long step, such as a slow server's answer; the steps are only counted.
 """
 
 from __future__ import annotations
@@ -47,11 +47,10 @@ class Progress:
         self._stream = stream or sys.stderr
         self.on = not quiet and self._stream.isatty()
         self._began = time.monotonic()
-        self._due = self._began + FIRST_AFTER
         self._shown = 0
         self._count = 0
         self._in_bytes = in_bytes
-        self._writing = threading.RLock()  # reentrant: Ctrl-C may interrupt a write
+        self._lock = threading.Lock()
         self._ended = threading.Event()
         self._ticker: threading.Thread | None = None
 
@@ -68,40 +67,30 @@ class Progress:
         self.clear()
 
     def _tick(self) -> None:
-        while not self._ended.wait(EVERY):
+        pause = FIRST_AFTER
+        while not self._ended.wait(pause):
+            pause = EVERY
+            with self._lock:
+                text = self.text(time.monotonic() - self._began)
             try:
-                self._look()
+                self.show(_end_of(text, _room()))
             except (OSError, ValueError):
                 return  # the terminal has gone: the command detects it
 
     def step(self, count: int = 1) -> None:
         """Add `count` to the steps done; cheap enough to call for each message."""
         self._count += count
-        # Read the clock only now and then: there are thousands of small steps.
-        if self.on and (count > 1 or not self._count & 63 or (self._total or 1024) < 1024):
-            self._look()
 
     def at(self, done: int, total: int | None = None) -> None:
         """Report `done` of `total`; without `total` the previous one stays."""
         self._count = done
         self._total = total or self._total
-        if self.on:
-            self._look()
 
     def go_on(self, what: str, total: int) -> None:
         """Begin the next part of the work, with `total` steps that are not bytes."""
-        with self._writing:
+        with self._lock:
             self._what, self._total, self._count, self._in_bytes = what, total, 0, False
             self._began = time.monotonic()
-
-    def _look(self) -> None:
-        now = time.monotonic()
-        if now < self._due:
-            return
-        with self._writing:
-            self._due = now + EVERY
-            if not self._ended.is_set():
-                self.show(_end_of(self.text(now - self._began), _room()))
 
     def text(self, seconds: float) -> str:
         """Return the line after `seconds`."""
@@ -120,10 +109,9 @@ class Progress:
         if not self.on:
             return
         text = cut(printable(text), _room())
-        with self._writing:
-            own(self._stream).write("\r" + padded(text, self._shown))
-            self._stream.flush()
-            self._shown = width(text)
+        own(self._stream).write("\r" + padded(text, self._shown))
+        self._stream.flush()
+        self._shown = width(text)
 
     def leave(self) -> None:
         """End the line, which stays on the screen."""
@@ -133,11 +121,10 @@ class Progress:
 
     def clear(self) -> None:
         """Erase the line."""
-        with self._writing:
-            if self.on and self._shown:
-                own(self._stream).write("\r" + " " * self._shown + "\r")
-                self._stream.flush()
-                self._shown = 0
+        if self.on and self._shown:
+            own(self._stream).write("\r" + " " * self._shown + "\r")
+            self._stream.flush()
+            self._shown = 0
 
 
 def _room() -> int:

@@ -7,7 +7,9 @@ import os
 import re
 import sys
 import threading
+import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -49,10 +51,22 @@ class Terminal:
         return b"".join(self._data).decode()
 
 
+def slow(progress: Any) -> Any:
+    """The work here is short: time for a look at the line."""
+
+    def slower(*arguments: Any) -> None:
+        progress(*arguments)
+        time.sleep(0.003)
+
+    return slower
+
+
 def shown(*words: object) -> tuple[int, str]:
-    """Run `rosproto bag ...` where the line is shown at once, for the work here is short: exit code, and stderr."""
+    """Run `rosproto bag ...` where the line is shown at once: exit code, and stderr."""
     terminal = Terminal()
     with pytest.MonkeyPatch.context() as patch:
+        for name in ("step", "at", "go_on"):
+            patch.setattr(bag_progress.Progress, name, slow(getattr(bag_progress.Progress, name)))
         patch.setattr(sys, "stderr", terminal.stream)
         patch.setattr(bag_progress, "FIRST_AFTER", 0.0)
         patch.setattr(bag_progress, "EVERY", 0.001)
