@@ -12,9 +12,9 @@ import logging
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
-from rosproto.bag.bag_file import BagFile, BagLimits
+from rosproto.bag.bag_file import BagLimits
 from rosproto.bag.mcap.reader import McapReader
 from rosproto.bag.opening import open_bag
 from rosproto.bag.reader import BagReader
@@ -235,22 +235,21 @@ class _PartitionReader(BagReader):
     """A reader that receives the index as an argument."""
 
     def __init__(self, piece: Partition) -> None:
-        self._source = BagFile(piece.file)
-        self._skip = piece.damaged == "skip"
+        self._piece = piece
+        super().__init__(piece.file, skip_damaged=piece.damaged == "skip")
+
+    def _open(self) -> None:
+        piece = self._piece
         self._spans = dict(zip([chunk.pos for chunk in piece.chunks], piece.spans, strict=True))
-        self._set_contents(piece)
-
-    def _set_contents(self, piece: Partition) -> None:
-        connections = {connection.id: connection for connection in piece.connections}
-        self._take_contents(connections, list(piece.chunks), [])
+        self._take_contents({c.id: c for c in piece.connections}, list(piece.chunks), [])
         self.message_count = piece.message_count
-        self.version, self.indexed = "", True
+        self._lost, self.version, self.indexed = False, "", True
 
 
-class _McapPartitionReader(McapReader, _PartitionReader):
+class _McapPartitionReader(_PartitionReader, McapReader):
     """A reader of a piece of an MCAP file."""
 
-    def __init__(self, piece: Partition) -> None:
-        _PartitionReader.__init__(self, piece)
-        self._loose = set(cast("tuple[int, ...]", piece.loose))
+    def _open(self) -> None:
+        super()._open()
+        self._loose = set(self._piece.loose or ())
         self._packed = {}  # not needed to read a piece

@@ -84,14 +84,17 @@ class BagReader(TimeOrderedReader):
         scanning: Scanning | None = None,
     ) -> None:
         self._source = file if isinstance(file, BagFile) else BagFile(file, limits, scanning)
+        self._skip = skip_damaged
         try:
             with system_errors(self._source.path):
-                found = open_index(self._source)
+                self._open()
             self._source.searched()
         except BaseException:
             self._source.close()
             raise
-        self._skip = skip_damaged
+
+    def _open(self) -> None:
+        found = open_index(self._source)
         self._spans = found.spans()
         self._take_contents(found.connections, found.chunks, found.damage)
         self._lost = found.lost

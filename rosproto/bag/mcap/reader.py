@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any
 
-from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile, BagLimits, Scanning
+from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.mcap.chunks import LOOSE, BoundedStream, library, messages_of, misfits, read_mcap_chunk
 from rosproto.bag.reader import BagReader, Compression
@@ -36,29 +35,15 @@ class McapReader(BagReader):
         BagError: It cannot be opened, is no MCAP file, or the package mcap is missing (extra `mcap`).
     """
 
-    def __init__(
-        self,
-        file: str | os.PathLike[str] | BinaryIO | BagFile,
-        *,
-        skip_damaged: bool = False,
-        limits: BagLimits | None = None,
-        scanning: Scanning | None = None,
-    ) -> None:
-        self._source = file if isinstance(file, BagFile) else BagFile(file, limits, scanning)
-        try:
-            if self._source.read_at(0, len(MCAP_MAGIC)) != MCAP_MAGIC:
-                raise self._source.error("this is no MCAP file")
-            found = read_contents(self._source)
-            self._source.searched()
-        except BaseException:
-            self._source.close()
-            raise
+    def _open(self) -> None:
+        if self._source.read_at(0, len(MCAP_MAGIC)) != MCAP_MAGIC:
+            raise self._source.error("this is no MCAP file")
+        found = read_contents(self._source)
         self._loose = found.loose
-        self._lost = found.lost
         self._packed = found.packed
         self._spans = {}
         self._take_contents(found.connections, found.chunks, found.damage)
-        self._skip = skip_damaged
+        self._lost = found.lost
         self.version = "MCAP 0"
         self.indexed = found.finished
 
