@@ -96,32 +96,30 @@ def filter(arguments: argparse.Namespace) -> int:
         topics = wanted_topics(bag, arguments)
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
-        keep = None if rule is None and shown is None else _MessageFilter(bag, rule, shown)
+        keep = None if rule is None and shown is None else _message_filter(bag, rule, shown)
         total, quiet = bag.message_count, shown is not None  # printed text would break the progress line
         kept = write(arguments.output, entries, compression_of(arguments), total, keep, quiet=quiet)
     print(f"{arguments.output}: {kept} of {counted(bag.message_count, 'message')}")
     return 0
 
 
-class _MessageFilter:
-    """Evaluates the expressions on each decoded message; kept messages are written unchanged."""
+def _message_filter(
+    bag: BagReader, rule: Expression | None, shown: Expression | None
+) -> Callable[[str, RawMessage, Time], bool]:
+    """Return what evaluates the expressions on each decoded message; kept messages are written unchanged."""
+    classes: dict[int, Any] = {}
 
-    def __init__(self, bag: BagReader, rule: Expression | None, shown: Expression | None) -> None:
-        self._bag = bag
-        self._rule = rule
-        self._shown = shown
-        self._classes: dict[int, Any] = {}
-
-    def __call__(self, topic: str, raw: RawMessage, stamp: Time) -> bool:
-
+    def keep(topic: str, raw: RawMessage, stamp: Time) -> bool:
         number = raw.connection.id
-        if number not in self._classes:
-            self._classes[number] = self._bag.message_class(raw.connection)
-        message = decode(self._classes[number], raw.data)
-        keep = self._rule is None or bool(self._rule(m=message, topic=topic, t=stamp))
-        if self._shown is not None:
-            print("MATCH" if keep else "NO MATCH", self._shown(m=message, topic=topic, t=stamp))
-        return keep
+        if number not in classes:
+            classes[number] = bag.message_class(raw.connection)
+        message = decode(classes[number], raw.data)
+        wanted = rule is None or bool(rule(m=message, topic=topic, t=stamp))
+        if shown is not None:
+            print("MATCH" if wanted else "NO MATCH", shown(m=message, topic=topic, t=stamp))
+        return wanted
+
+    return keep
 
 
 # -- merge -------------------------------------------------------------------------------------------------

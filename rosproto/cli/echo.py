@@ -76,8 +76,7 @@ def _from_graph(arguments: argparse.Namespace, printer: _Printer) -> None:
             raise CommandError(f"no topic matches {asked!r}; see: rosproto topic list")
         if topics == [topic]:
             warn(f"topic [{topic}] does not appear to be published yet{near(topic, types)}")
-    printer.choose(topics, path)
-    topics = printer.choose_more(list(types))
+    topics = printer.choose(topics, path, list(types))
     with open_node(arguments) as node:
         for arrival in _arrivals(node, topics, arguments.timeout):
             printer.show(*arrival)
@@ -112,8 +111,7 @@ def _silence(topics: list[str], subscribers: list[Any], seconds: float) -> str:
     connected = sum(subscriber.connections for subscriber in subscribers)
     if connected:
         who = f"{counted(connected, 'publisher')} connected"
-    elif any(subscriber.stats() for subscriber in subscribers):
-        named = [subscriber for subscriber in subscribers if subscriber.stats()]
+    elif named := [subscriber for subscriber in subscribers if subscriber.stats()]:
         who = f"its publisher cannot be reached: {'; '.join(each.why_silent() for each in named)}"
     else:
         who = "nobody publishes it"
@@ -132,9 +130,7 @@ def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
                 f"{arguments.bag} has no topic {topic!r}{near(topic, topics)}; "
                 f"it has: {', '.join(topics) or 'none'}"
             )
-        printer.choose(wanted, path)
-        wanted = printer.choose_more(topics)
-        for name, message, stamp in bag.read_messages(topics=wanted):
+        for name, message, stamp in bag.read_messages(topics=printer.choose(wanted, path, topics)):
             printer.show(name, message, stamp)
             if printer.done:
                 return
@@ -150,29 +146,24 @@ class _Printer:
         self.view = ValueFilter(no_arrays=arguments.noarr, no_strings=arguments.nostr, since=since)
         self.take = parse_field_path("")
         self.several = False
-        self.topics: list[str] = []
         self.shown = 0
         self.drawn: list[tuple[str, Any]] = []  # topic, and a getter of the number from its messages
         self.curves: PlotSamples | None = None
         self.due = 0.0
 
-    def choose(self, topics: list[str], path: str) -> None:
-        """Select the topics and the field.
+    def choose(self, topics: list[str], path: str, known: list[str]) -> list[str]:
+        """Select the topics and the field; return all topics to receive, with those of more --plot curves.
 
         Raises:
             ValueError: The path is malformed, or the form allows only one topic.
         """
         self.take = parse_field_path(path, f"{topics[0]}/{path}")
-        self.topics = topics
         self.several = len(topics) > 1
         if self.several and (self.arguments.csv or self.arguments.plot):
             raise ValueError(f"-p and --plot are for one topic, and these are {len(topics)}: name one")
-
-    def choose_more(self, known: list[str]) -> list[str]:
-        """Return the topics of all --plot curves, the first one's first; else those of `choose`."""
         if not self.arguments.plot:
-            return self.topics
-        self.drawn = [(self.topics[0], self.take)]
+            return topics
+        self.drawn = [(topics[0], self.take)]
         for asked in self.arguments.topics:
             topic, path = split_topic(absolute(asked), known)
             if topic not in known:

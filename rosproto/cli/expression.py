@@ -116,9 +116,6 @@ class Expression:
         except Exception as error:  # any error of a value's operator is an error of the filter
             raise ExpressionError(f"{type(error).__name__}: {error}", self.text) from error
 
-    def __repr__(self) -> str:
-        return f"Expression({self.text!r})"
-
     def _check(self, nodes: list[ast.AST]) -> None:
         """Refuse invalid expressions when they are parsed, not at the first message."""
         bound = set(self.names) | set(FUNCTIONS) | set(CONSTANTS)
