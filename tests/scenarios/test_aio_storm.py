@@ -141,7 +141,7 @@ async def storm(sim: SimulatedChassis, trials: int, delay: float, seed: int) -> 
         async with aio.Chassis(sim.master_uri) as robot:
             for number in range(first, min(first + ROUND, trials)):
                 with sim.lock:
-                    sim.world.body.place(Pose2D(0.0, 0.0))
+                    sim.world.body.pose = Pose2D(0.0, 0.0)
                 sim.slow_network(delay)
                 await trial(robot, random.Random(f"{seed} {number}"))
                 sim.slow_network(0.0)

@@ -89,7 +89,6 @@ class Inbox:
         self._flags: set[str] = set()
         self._events: list[Event] = []
         self._waiting: list[tuple[MessageKind, Message]] = []  # in the order of arrival
-        self._count: Counter[MessageKind] = Counter()
 
     def flag(self, name: str) -> None:
         """Set a flag."""
@@ -107,7 +106,7 @@ class Inbox:
         """Add a message; False if it, or for a stop an older one, was dropped."""
         kind = message_kind(message)
         with self._wake:
-            fits = self._count[kind] < CAPACITY[kind]
+            fits = self._count(kind) < CAPACITY[kind]
             if not fits:
                 self.dropped[kind] += 1
                 self._flags.add("dropped")
@@ -115,7 +114,6 @@ class Inbox:
                     self._make_room_for_stop(message)
             if fits or kind is MessageKind.STOP:
                 self._waiting.append((kind, message))
-                self._count[kind] += 1
             self._wake.notify_all()
             return fits
 
@@ -124,13 +122,14 @@ class Inbox:
         only."""
         behind, oldest = _stops(message), -1
         for n in reversed(range(len(self._waiting))):
-            kind, each = self._waiting[n]
-            if kind is MessageKind.STOP:
-                if _stops(each) <= behind:
-                    oldest = n
-                behind |= _stops(each)
+            stops = _stops(self._waiting[n][1])
+            if stops and stops <= behind:
+                oldest = n
+            behind |= stops
         del self._waiting[oldest]
-        self._count[MessageKind.STOP] -= 1
+
+    def _count(self, kind: MessageKind) -> int:
+        return sum(each is kind for each, _ in self._waiting)
 
     @property
     def waiting_messages(self) -> int:
@@ -140,7 +139,8 @@ class Inbox:
     @property
     def stop_waits(self) -> bool:
         """Whether a message that stops the vehicle waits."""
-        return self._count[MessageKind.STOP] > 0
+        with self._wake:
+            return self._count(MessageKind.STOP) > 0
 
     def close(self) -> bool:
         """Close the inbox and wake the reader; False if it was closed already."""
@@ -159,10 +159,7 @@ class Inbox:
                 self._wake.wait(wait)
             if self.closed:
                 return None
-            message = None
-            if self._waiting:
-                kind, message = self._waiting.pop(0)
-                self._count[kind] -= 1
+            message = self._waiting.pop(0)[1] if self._waiting else None
             contents = InboxContents(self._flags, self._events, message)
             self._flags, self._events = set(), []
             return contents

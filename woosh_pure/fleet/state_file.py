@@ -18,8 +18,6 @@ from rosproto.logs import get_logger
 from woosh_pure.errors import ChassisError
 
 _log = get_logger("woosh_pure.fleet.state_file")
-_WRITE = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
-
 _LOCK = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0)
 
 if sys.platform == "win32":
@@ -56,8 +54,7 @@ class Store:
     def __init__(self, folder: Path, manufacturer: str, serial: str) -> None:
         name = re.sub(r"[^A-Za-z0-9_.-]", "_", f"{manufacturer}-{serial}")
         self.path = folder / f"{name}.json"
-        self._file, self._folder = str(self.path), str(folder)
-        self._beside = str(self.path.with_suffix(".new"))
+        self._beside = self.path.with_suffix(".new")
         self._last = ""
         self._locked: int | None = None  # the open lock file
         self._to_lock = False
@@ -136,19 +133,14 @@ class Store:
         self._last = text
 
     def _replace(self, data: bytes) -> None:
-        """Write a file beside and rename it. This is done for each node that is passed, so it avoids path and
-        file objects, which took half of the processor time."""
-        opened = os.open(self._beside, _WRITE, 0o666)
-        try:
-            written = 0
-            while written < len(data):
-                written += os.write(opened, data[written:] if written else data)
-            os.fsync(opened)
-        finally:
-            os.close(opened)
-        replace_file(self._beside, self._file)
+        """Write a file beside and rename it."""
+        with open(self._beside, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        replace_file(self._beside, self.path)
         if os.name == "posix":  # write the new name to disk, too; Windows has no such call
-            folder = os.open(self._folder, os.O_RDONLY)
+            folder = os.open(self.path.parent, os.O_RDONLY)
             try:
                 os.fsync(folder)
             finally:

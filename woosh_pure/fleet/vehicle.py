@@ -26,8 +26,7 @@ from woosh_pure.fleet.action_handlers.running_action import ActionRunner
 from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.chassis_facts import ChassisFacts, MapEntry
 from woosh_pure.fleet.config import Broker, VehicleConfig
-from woosh_pure.fleet.drive_runner import DriveRunner
-from woosh_pure.fleet.driving_lease import DrivingLease
+from woosh_pure.fleet.drive_runner import DriveRunner, DrivingLease
 from woosh_pure.fleet.inbox import Inbox, InboxContents, Message, MessageKind
 from woosh_pure.fleet.messages.elements import Order
 from woosh_pure.fleet.messages.parsing import Invalid, check_header, parse, read_instant_actions, read_order

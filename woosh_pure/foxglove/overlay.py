@@ -89,7 +89,7 @@ class Overlay:
         """A `MarkerArray` that replaces the previous state with this one."""
         made = [*self._robot(state), *self._faults(state), *self._marks(state.marks)]
         names = {(one.ns, one.id) for one in made}
-        gone = [self._gone(ns, number) for ns, number in sorted(self._drawn - names)]
+        gone = [Marker(ns=ns, id=n, action=Marker.DELETE) for ns, n in sorted(self._drawn - names)]
         self._drawn = names
         for one in (*made, *gone):
             one.header = Header(stamp=stamp, frame_id=one.header.frame_id or _FRAME)
@@ -127,10 +127,6 @@ class Overlay:
                 _text("mark", 2 * number + 1, _at(mark.pose, 0.3), mark.name, BLUE),
             ]
         return made
-
-    @staticmethod
-    def _gone(ns: str, number: int) -> Any:
-        return Marker(ns=ns, id=number, action=Marker.DELETE)
 
 
 def _at(pose: Pose2D, height: float) -> Any:

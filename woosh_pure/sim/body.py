@@ -92,11 +92,6 @@ class Body:
         """Set the velocity to zero at once, after a collision."""
         self.velocity = Velocity()
 
-    def place(self, pose: Pose2D) -> None:
-        """Put the robot at another pose, standing."""
-        self.pose = replace(pose, yaw=normalize_angle(pose.yaw))
-        self.velocity = Velocity()
-
 
 def integrate(pose: Pose2D, v: Velocity, dt: float) -> Pose2D:
     """The pose after `dt` s at a velocity."""

@@ -43,7 +43,6 @@ class Graph:
     Attributes:
         nodes: By name.
         publishers: (node, topic) to publisher.
-        lights: Last LED message of each strip, by topic.
         heard: Last message on each written topic.
         costmap: Publisher of the navigation's costmap, which is not in the table (assumed).
     """

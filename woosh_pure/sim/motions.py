@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from enum import Enum
-from itertools import pairwise
 
 from woosh_pure.enums import StepMode
 from woosh_pure.geometry import Pose2D, Velocity, normalize_angle
@@ -108,8 +107,10 @@ class PathMotion(Motion):
             self._turning = True
             return Velocity(0.0, 0.0, _profile(bearing, 1.0, body.limits.angular_acceleration, dt))
         self._turning = False
-        room = self._room(distance)
-        vx = _profile(room, self.speed, body.limits.acceleration, dt) * max(math.cos(bearing), 0.0)
+        # Corners are driven slowly: only a part of the next leg counts.
+        vx = _profile(distance if last else distance + 0.1, self.speed, body.limits.acceleration, dt) * max(
+            math.cos(bearing), 0.0
+        )
         return Velocity(vx, 0.0, max(-1.0, min(1.0, 2.5 * bearing)) if distance > 0.05 else 0.0)
 
     def _drop_passed(self, pose: Pose2D) -> None:
@@ -120,21 +121,12 @@ class PathMotion(Motion):
                 break
             self.path.pop(0)
 
-    def _room(self, distance: float) -> float:
-        # Corners are driven slowly: only a part of the next leg counts.
-        return distance if len(self.path) == 1 else distance + 0.1
-
     def _turn_to_goal(self, pose: Pose2D, body: Body, dt: float) -> Velocity:
         rest = normalize_angle(self.goal.yaw - pose.yaw)
         if abs(rest) <= self.YAW_TOLERANCE and body.velocity.is_standing(0.02, 0.05):
             self.end(MotionState.DONE)
             return Velocity()
         return Velocity(0.0, 0.0, _profile(rest, 1.0, body.limits.angular_acceleration, dt))
-
-    def remaining(self, pose: Pose2D) -> float:
-        """Remaining length of the path, m."""
-        points = [pose, *self.path]
-        return sum(math.hypot(b.x - a.x, b.y - a.y) for a, b in pairwise(points))
 
 
 class StepMotion(Motion):

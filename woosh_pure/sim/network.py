@@ -107,17 +107,14 @@ class RobotNode(rosproto.Node):
         directly = publisher.publish
 
         def publish(message: Any = None, **fields: Any) -> None:
+            def deliver() -> None:
+                if not publisher.closed:
+                    directly(message, **fields)
+
             if self.network._is_immediate:
                 directly(message, **fields)
             else:
-                self.network.carry(lambda: _publish_if_open(publisher, directly, message, fields), publisher)
+                self.network.carry(deliver, publisher)
 
         publisher.publish = publish  # type: ignore[method-assign]
         return publisher
-
-
-def _publish_if_open(
-    publisher: rosproto.Publisher, directly: Callable[..., None], message: Any, fields: dict[str, Any]
-) -> None:
-    if not publisher.closed:
-        directly(message, **fields)

@@ -141,7 +141,11 @@ class Planner:
         while queue:
             _, so_far, cell = heapq.heappop(queue)
             if cell == goal:
-                return _unwind(came, cell)
+                cells = [cell]
+                while cell in came:
+                    cell = came[cell]
+                    cells.append(cell)
+                return cells[::-1]
             if so_far > cost[cell]:
                 continue
             for dr, dc, length in _NEIGHBOURS:
@@ -170,14 +174,6 @@ class Planner:
         rows = np.floor(np.linspace(a[0] + 0.5, b[0] + 0.5, count)).astype(np.intp)
         columns = np.floor(np.linspace(a[1] + 0.5, b[1] + 0.5, count)).astype(np.intp)
         return not bool(blocked[rows, columns].any())
-
-
-def _unwind(came: dict[_Cell, _Cell], cell: _Cell) -> list[_Cell]:
-    cells = [cell]
-    while cell in came:
-        cell = came[cell]
-        cells.append(cell)
-    return cells[::-1]
 
 
 def _factor_of(grid: GridMap) -> int:

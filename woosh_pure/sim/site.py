@@ -141,8 +141,10 @@ def site_of(
         given[name] = (f"--mark {text}", pose)
     if map_file is None and not given:
         return None
-    hall = built_in_site()
-    site = hall if map_file is None else _on_map(GridMap.load(map_file), hall)
+    site = built_in_site()
+    if map_file is not None:
+        grid = GridMap.load(map_file)
+        site = Site(grid, {name: mark for name, mark in site.marks.items() if _is_free(grid, mark.pose)})
     for source, pose in given.values():
         if not _is_free(site.grid, pose):
             raise ValueError(
@@ -156,11 +158,6 @@ def site_of(
     old = site.marks
     new = {name: replace(old.get(name, Mark(pose)), pose=pose) for name, (_, pose) in given.items()}
     return replace(site, marks={**old, **new})
-
-
-def _on_map(grid: GridMap, hall: Site) -> Site:
-    marks = {name: mark for name, mark in hall.marks.items() if _is_free(grid, mark.pose)}
-    return Site(grid, marks, Pose2D(0.0, 0.0))
 
 
 def _is_free(grid: GridMap, pose: Pose2D) -> bool:

@@ -172,15 +172,19 @@ def _read(table: str) -> dict[tuple[str, str], str]:
 _NEXT_PHASE, _NEXT_MOTION, _NEXT_STATUS = _read(_ORDER), _read(_MOTION), _read(_ACTION)
 
 
+def _following(table: dict[tuple[str, str], str], state: Enum, event: Enum) -> str:
+    following = table.get((state.name, event.name))
+    assert following is not None, f"{event} in {state}"
+    return following
+
+
 def next_phase(phase: OrderPhase, event: OrderEvent) -> OrderPhase:
     """The phase after an event.
 
     Raises:
         AssertionError: The event is impossible in this phase: a bug in this package.
     """
-    following = _NEXT_PHASE.get((phase.name, event.name))
-    assert following is not None, f"{event} in {phase}"
-    return OrderPhase[following]
+    return OrderPhase[_following(_NEXT_PHASE, phase, event)]
 
 
 def next_motion(motion: Motion, event: MotionEvent) -> Motion:
@@ -189,9 +193,7 @@ def next_motion(motion: Motion, event: MotionEvent) -> Motion:
     Raises:
         AssertionError: The event is impossible in this state: a bug in this package.
     """
-    following = _NEXT_MOTION.get((motion.name, event.name))
-    assert following is not None, f"{event} in {motion}"
-    return Motion[following]
+    return Motion[_following(_NEXT_MOTION, motion, event)]
 
 
 def may_become(status: ActionStatus, new: ActionStatus) -> bool:

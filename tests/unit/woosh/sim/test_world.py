@@ -441,7 +441,7 @@ def test_the_way_out_of_a_tight_place_does_not_lead_through_the_wall():
     cells[0:100, 101:103] = 100
     grid = GridMap(cells, 0.05, Pose2D(0.0, 0.0))
     world = World(Site(grid, {}, Pose2D(2.0, 2.0)))
-    world.body.place(Pose2D(4.72, 1.0, 0.0))
+    world.body.pose = Pose2D(4.72, 1.0, 0.0)
     assert not world.collisions.touches(4.72, 1.0)
     path = world.plan(world.body.pose, Pose2D(6.5, 1.0))
     assert path is not None
