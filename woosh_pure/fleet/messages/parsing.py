@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime, timezone
 from typing import Any
 
@@ -86,23 +86,16 @@ def check(raw: Any, table: Mapping[str, str], path: str) -> None:
         raise Invalid(path, "an object", raw)
     for key, kind in table.items():
         where = f"{path}.{key}" if path else key
+        fits, words = _KINDS[kind.rstrip("!")]
         if key in raw:
-            _check_value(raw[key], kind.rstrip("!"), where)
+            require(fits(raw[key]), where, words, raw[key])
+            if kind == "position":
+                check(raw[key], POSITION, where)
+            elif kind == "parameters":
+                for n, each in enumerate(raw[key]):
+                    check(each, PARAMETER, f"{where}[{n}]")
         elif kind.endswith("!"):
-            raise Invalid(where, _WORDS.get(kind[:-1], kind[:-1]), "nothing")
-
-
-def _check_value(value: Any, kind: str, path: str) -> None:
-    if kind == "position":
-        check(value, POSITION, path)
-    elif kind == "parameters":
-        require(
-            isinstance(value, list) and len(value) <= MOST_PARAMETERS, path, "a list of parameters", value
-        )
-        for n, each in enumerate(value):
-            check(each, PARAMETER, f"{path}[{n}]")
-    else:
-        require(_FITS[kind](value), path, _WORDS[kind], value)
+            raise Invalid(where, words, "nothing")
 
 
 def require(fits: bool, path: str, expected: str, got: object) -> None:
@@ -117,46 +110,36 @@ def _is_number(value: Any) -> bool:
     return abs(value) <= 1e300 and math.isfinite(value)
 
 
-def _is_whole(value: Any) -> bool:
-    return _is_number(value) and float(value).is_integer() and 0 <= value <= _UINT32
-
-
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str) and len(value) <= _LONGEST_TEXT
-
-
-_FITS: dict[str, Any] = {
-    "id": lambda v: isinstance(v, str) and len(v) <= LONGEST_ID,
-    "text": _is_text,
-    "number": _is_number,
-    "positive": lambda v: _is_number(v) and v >= 0.0,
-    "angle": lambda v: _is_number(v) and abs(v) <= _PI,
-    "whole": _is_whole,
-    "flag": lambda v: isinstance(v, bool),
-    "list": lambda v: isinstance(v, list),
-    "actions": lambda v: isinstance(v, list),
-    "object": lambda v: isinstance(v, dict),
-    "value": lambda v: isinstance(v, (bool, str, list, dict)) or _is_number(v),
-    "blocking": lambda v: v in ("NONE", "SOFT", "HARD"),
-    "orientation type": lambda v: v in ("GLOBAL", "TANGENTIAL"),
+_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "id": (
+        lambda v: isinstance(v, str) and len(v) <= LONGEST_ID,
+        f"a text of at most {LONGEST_ID} characters",
+    ),
+    "text": (
+        lambda v: isinstance(v, str) and len(v) <= _LONGEST_TEXT,
+        f"a text of at most {_LONGEST_TEXT} characters",
+    ),
+    "number": (_is_number, "a number"),
+    "positive": (lambda v: _is_number(v) and v >= 0.0, "a number of at least 0"),
+    "angle": (lambda v: _is_number(v) and abs(v) <= _PI, "an angle of -pi to pi"),
+    "whole": (
+        lambda v: _is_number(v) and float(v).is_integer() and 0 <= v <= _UINT32,
+        f"a whole number of 0 to {_UINT32}",
+    ),
+    "flag": (lambda v: isinstance(v, bool), "true or false"),
+    "list": (lambda v: isinstance(v, list), "a list"),
+    "actions": (lambda v: isinstance(v, list), "a list of actions"),
+    "parameters": (lambda v: isinstance(v, list) and len(v) <= MOST_PARAMETERS, "a list of parameters"),
+    "object": (lambda v: isinstance(v, dict), "an object"),
+    "position": (lambda v: isinstance(v, dict), "an object"),
+    "value": (
+        lambda v: isinstance(v, (bool, str, list, dict)) or _is_number(v),
+        "a list, an object, a text, a number, true or false",
+    ),
+    "blocking": (lambda v: v in ("NONE", "SOFT", "HARD"), "NONE, SOFT or HARD"),
+    "orientation type": (lambda v: v in ("GLOBAL", "TANGENTIAL"), "GLOBAL or TANGENTIAL"),
 }
-_WORDS = {
-    "id": f"a text of at most {LONGEST_ID} characters",
-    "text": f"a text of at most {_LONGEST_TEXT} characters",
-    "number": "a number",
-    "positive": "a number of at least 0",
-    "angle": "an angle of -pi to pi",
-    "whole": "a whole number of 0 to 4294967295",
-    "flag": "true or false",
-    "list": "a list",
-    "actions": "a list of actions",
-    "object": "an object",
-    "value": "a list, an object, a text, a number, true or false",
-    "blocking": "NONE, SOFT or HARD",
-    "orientation type": "GLOBAL or TANGENTIAL",
-    "position": "a position",
-    "parameters": "a list of parameters",
-}
+"""By the kind of a field: a check of its value, and the expected value in words."""
 
 
 def check_header(data: Mapping[str, Any], *, version: str, manufacturer: str, serial: str) -> None:
