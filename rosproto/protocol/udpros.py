@@ -67,7 +67,7 @@ class DatagramRequest(NamedTuple):
             RemoteProtocolError: It is not one.
         """
         match protocol:
-            case [_, bytes(header), str(host), int(port), int(size)] if _is_port(port) and host:
+            case [_, bytes(header), str(host), int(port), int(size)] if 0 < port < 65536 and host:
                 return cls(decode_header(header), host, port, _checked_size(size))
         raise RemoteProtocolError(
             f"a request for UDPROS is [UDPROS, header in base64, host, port, most bytes of a datagram], not"
@@ -113,10 +113,6 @@ class DatagramAnswer(NamedTuple):
 
 def _pack_header(fields: Mapping[str, str]) -> bytes:
     return encode_header(fields)[_length.size :]  # the fields alone, as in roscpp
-
-
-def _is_port(port: int) -> bool:
-    return 0 < port < 65536
 
 
 def _checked_size(size: int) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from rosproto.protocol.framing import FrameDecoder
 
 
@@ -16,13 +18,11 @@ def fill(decoder: FrameDecoder, data: bytes | memoryview) -> None:
         rest = rest[count:]
 
 
-def feed(decoder: FrameDecoder, data: bytes | memoryview) -> list[bytes]:
-    """Receive bytes; return the frames that they complete."""
-    frames: list[bytes] = []
+def feed(decoder: FrameDecoder, data: bytes | memoryview) -> Iterator[bytes]:
+    """Receive bytes; yield the frames that they complete."""
     rest = memoryview(data)
     while rest:
         count = min(len(decoder.space()), len(rest))
         fill(decoder, rest[:count])
         rest = rest[count:]
-        frames += iter(decoder.next_frame, None)
-    return frames
+        yield from iter(decoder.next_frame, None)

@@ -218,16 +218,19 @@ class ServerState(GatewayState):
             if self._clock_subscription is not None or not self._sessions:
                 return
             try:
-                self._clock_subscription = self.shared_subscriptions.open("/clock", _ClockReceiver(self))
+                self._clock_subscription = self.shared_subscriptions.open("/clock", self)
             except RosError as problem:
                 _log.warning("! foxglove: simulated time cannot be followed: %s", problem)
 
-    def tell_time(self, nanoseconds: int) -> None:
-        """Send the simulated time to all viewers."""
+    def offer(self, event: MessageEvent) -> None:
+        """Send the simulated time of a message of /clock to all viewers; see `Receiver`."""
+        if event.type_name != "rosgraph_msgs/Clock":
+            return
+        now = event.message.clock.to_nsec()
         with self._time_lock:
-            self._simulated_now = nanoseconds
+            self._simulated_now = now
             for session in self.sessions:
-                session.tell_time(nanoseconds)
+                session.tell_time(now)
 
     def capabilities(self) -> Sequence[str]:
         """The capabilities of the server, in the protocol's words."""
@@ -248,15 +251,3 @@ class ServerState(GatewayState):
 
 def _outdated(problem: RosError) -> str:
     return f"the robot's master does not answer; the graph shown is outdated: {problem}"
-
-
-class _ClockReceiver:
-    """Receives /clock for all sessions."""
-
-    def __init__(self, state: ServerState) -> None:
-        self._state = state
-
-    def offer(self, event: MessageEvent) -> None:
-        if event.type_name == "rosgraph_msgs/Clock":
-            seconds = event.message.clock
-            self._state.tell_time(seconds.secs * 1_000_000_000 + seconds.nsecs)

@@ -24,7 +24,7 @@ class ActionStatus(IntEnum):
     ABORTED = 6
 
 
-_OF_GOAL = {
+_OF_GOAL: dict[int, ActionStatus] = {
     GoalStatus.PENDING: ActionStatus.ACCEPTED,
     GoalStatus.ACTIVE: ActionStatus.EXECUTING,
     GoalStatus.PREEMPTING: ActionStatus.CANCELING,
@@ -40,10 +40,7 @@ _OF_GOAL = {
 
 def action_status(status: int) -> ActionStatus:
     """The state for a client, from actionlib's; UNKNOWN for any other number."""
-    try:
-        return _OF_GOAL[GoalStatus(status)]
-    except ValueError:
-        return ActionStatus.UNKNOWN
+    return _OF_GOAL.get(status, ActionStatus.UNKNOWN)
 
 
 def action_type(name: str) -> str:

@@ -182,7 +182,7 @@ class TfRepublisher:
 
     def _serve(self, goal: ServerGoal) -> None:
         sending = _Sending(goal.goal)
-        while not self._ended(goal, sending.period):
+        while not goal.wait_for_cancel(sending.period) and self._left.get(goal.id) is None:
             transforms = self._due(sending)
             if transforms:
                 goal.publish_feedback({"transforms": transforms})
@@ -226,26 +226,16 @@ class TfRepublisher:
                 self._topics.discard(threading.current_thread())
 
     def _due(self, sending: _Sending) -> list[Any]:
-        return [
-            self._message(found) for found in sending.due(self._looked_up(sending.target, sending.sources))
-        ]
-
-    def _ended(self, goal: ServerGoal, period: float) -> bool:
-        return goal.wait_for_cancel(period) or self._left.get(goal.id) is not None
-
-    def _looked_up(self, target: str, sources: list[str]) -> list[Transform]:
         found = []
-        for source in sources:
+        for source in sending.sources:
             try:
-                found.append(self._listener.buffer.lookup(target, source))
+                found.append(self._listener.buffer.lookup(sending.target, source))
             except TransformError:
                 continue  # not known now; sent when it is
-        return found
-
-    def _message(self, transform: Transform) -> Any:
-        message = transform.to_message()
-        message.header.stamp = self._node.clock.now()
-        return message
+        messages = [transform.to_message() for transform in sending.due(found)]
+        for message in messages:
+            message.header.stamp = self._node.clock.now()
+        return messages
 
 
 class _Sending:

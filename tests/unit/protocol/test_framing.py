@@ -32,9 +32,9 @@ def test_every_split_of_a_stream_gives_the_same_frames() -> None:
 
 def test_trailing_bytes_wait_for_the_rest() -> None:
     decoder = FrameDecoder(1000)
-    assert feed(decoder, STREAM + b"\x05\0\0\0ab") == PAYLOADS
+    assert list(feed(decoder, STREAM + b"\x05\0\0\0ab")) == PAYLOADS
     assert (decoder.buffered, decoder.missing) == (6, 3)
-    assert feed(decoder, b"cde") == [b"abcde"]
+    assert list(feed(decoder, b"cde")) == [b"abcde"]
     assert (decoder.buffered, decoder.missing) == (0, 4)
 
 

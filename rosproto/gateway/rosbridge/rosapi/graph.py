@@ -173,11 +173,8 @@ class VisibleGraph:
             return ""
         try:
             uri = self._node.master.lookup_service(service, timeout=deadline.remaining())
-        except MasterError:
-            return ""
-        try:
             return urlsplit(uri).hostname or ""
-        except ValueError:
+        except (MasterError, ValueError):
             return ""
 
     def action_servers(self, deadline: Deadline) -> list[str]:
