@@ -16,7 +16,7 @@ from rosproto.node.events import Event, Events
 from rosproto.node.graph.listening import Listening
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import Registrations
-from rosproto.node.incoming.local_nodes import LocalNodes, chosen
+from rosproto.node.incoming.local_nodes import EVERYBODY, LocalNodes
 from rosproto.node.outgoing.link_monitor import LinkMonitor
 from rosproto.node.shutdown import Lifecycle
 from rosproto.protocol.wire_limits import Limits
@@ -66,7 +66,8 @@ class Context:
         self.name = name
         self.limits = limits
         self.revisions = revisions
-        self.local_nodes = chosen(intraprocess)
+        nodes = EVERYBODY if intraprocess else None
+        self.local_nodes = intraprocess if isinstance(intraprocess, LocalNodes) else nodes
         self.peer_log = PeerLog("rosproto.node")
         self.events = Events(name, on_event)
         self.lifecycle = Lifecycle()

@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable
 
 from rosproto.logs import get_logger
-from rosproto.node.incoming import local_nodes
+from rosproto.node.incoming.local_nodes import EVERYBODY
 from rosproto.transport.forking import on_fork
 
 _log = get_logger("rosproto.node")
@@ -127,7 +127,7 @@ def _in_child() -> None:
     """Mark the parent's nodes as closed in this fork."""
     nodes = {lifecycle: process for lifecycle, (process, _) in _open_nodes.items()}
     _open_nodes.clear()
-    local_nodes.forget_all()
+    EVERYBODY.clear()  # other tables need no change: their nodes are closed below
     for lifecycle, process in nodes.items():
         lifecycle.abandon(
             f"it was opened by another process, {process}, and this one is a fork of it: open nodes in the"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
@@ -90,19 +90,8 @@ class TopicTable:
 
     # -- opening and closing --------------------------------------------------------------------------------
 
-    def open_publisher(
-        self,
-        name: str,
-        type_: TopicType,
-        *,
-        latch: bool,
-        queue_size: int,
-        on_connect: Callable[[str], object] | None,
-        on_disconnect: Callable[[str], object] | None = None,
-        header: Callable[[], Mapping[str, str]] | None = None,
-        linger: bool = True,
-    ) -> Publisher:
-        """See `Node.publisher`."""
+    def open_publisher(self, name: str, type_: TopicType, **options: Any) -> Publisher:
+        """See `Node.publisher`; `options` are those of `Publisher`."""
         with self._publishing.hold(name):
             publication = self._publications.get(name)
             new = publication is None
@@ -114,17 +103,7 @@ class TopicTable:
                     f" {publication.type.md5sum}), not as {type_.name} (md5sum {type_.md5sum}); close that"
                     " publisher first"
                 )
-            publisher = Publisher(
-                self._context,
-                self.close_publisher,
-                publication,
-                latch=latch,
-                queue_size=queue_size,
-                on_connect=on_connect,
-                on_disconnect=on_disconnect,
-                header=header,
-                linger=linger,
-            )
+            publisher = Publisher(self._context, self.close_publisher, publication, **options)
             publication.add_handle(publisher)
             self._publications[name] = publication
             if new:
@@ -154,16 +133,15 @@ class TopicTable:
         name: str,
         type_: TopicType,
         *,
-        callback: Callable[[Any], object] | None = None,
-        queue_size: int,
-        raw: bool = False,
         tcp_nodelay: bool = False,
         unreliable: bool = False,
-        on_error: Callable[[Exception], object] | None = None,
-        inline: bool = False,
         deadline: Deadline | None = None,
+        **options: Any,
     ) -> Subscriber:
-        """See `Node.subscriber`; `deadline` limits the waits for the master and for other threads."""
+        """See `Node.subscriber`; `options` are those of `SubscriberQueue`.
+
+        `deadline` limits the waits for the master and for other threads.
+        """
         with self._subscribing.hold(name, deadline):
             subscription = self._subscriptions.get(name)
             new = subscription is None
@@ -173,16 +151,7 @@ class TopicTable:
                 )
             else:
                 subscription.check_type(type_)
-            queue = SubscriberQueue(
-                name,
-                type_,
-                callback=callback,
-                queue_size=queue_size,
-                raw=raw,
-                on_error=on_error,
-                inline=inline,
-                renew=subscription.renew_delivery,
-            )
+            queue = SubscriberQueue(name, type_, renew=subscription.renew_delivery, **options)
             subscriber = Subscriber(
                 self._context,
                 subscription,

@@ -60,24 +60,9 @@ class LocalNodes:
         return LocalClient(self._master, limits=limits, timeout=timeout, hosts=hosts)
 
     def clear(self) -> None:
-        """Remove all nodes."""
+        """Remove all nodes, in a fork of this process, where their threads do not run."""
         self._open.clear()
 
 
 EVERYBODY = LocalNodes()
 """The nodes of this process."""
-
-
-def chosen(intraprocess: bool | LocalNodes) -> LocalNodes | None:
-    """The table for the option `intraprocess` of a node; None if it uses sockets only."""
-    if isinstance(intraprocess, LocalNodes):
-        return intraprocess
-    return EVERYBODY if intraprocess else None
-
-
-def forget_all() -> None:
-    """Empty the shared table in a fork of this process, where the threads of its nodes do not run.
-
-    Other tables need no change: a fork closes their nodes.
-    """
-    EVERYBODY.clear()

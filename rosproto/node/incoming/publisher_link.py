@@ -55,14 +55,11 @@ class LinkSubscription(Protocol):
     context: Context
     name: str
     type: TopicType
+    present_type: TopicType
     delivery: Delivery
     skipped: int
     tcp_nodelay: bool
     unreliable: bool
-
-    @property
-    def present_type(self) -> TopicType:
-        """The type that messages are decoded as."""
 
     def report(self, error: Exception) -> None:
         """Note an error, and call the subscribers' `on_error`."""
@@ -99,6 +96,7 @@ class PublisherLink:
     Attributes:
         uri: XML-RPC URI of the publisher, as the master gave it.
         id: Number of the connection in getBusInfo.
+        state: See `publisher_link_state.py`; only `_step` changes it.
         header: The publisher's connection header; empty while there is none.
         caller_id: The publisher's node name; "" while unknown.
         address: "host:port" of the connection; the URI while there is none.
@@ -118,7 +116,7 @@ class PublisherLink:
         self.address = uri
         self._context = subscription.context
         self.named = True
-        self._state = LinkState.WAITING
+        self.state = LinkState.WAITING
         self._condition = threading.Condition()
         self._nudged = False
         self._sessions = 0
@@ -136,18 +134,14 @@ class PublisherLink:
         self._thread.start()
 
     @property
-    def state(self) -> LinkState:
-        return self._state
-
-    @property
     def connected(self) -> bool:
         """True while messages can arrive."""
-        return self._state is LinkState.RECEIVING
+        return self.state is LinkState.RECEIVING
 
     @property
     def closed(self) -> bool:
         """True once the link is closed."""
-        return self._state is LinkState.CLOSED
+        return self.state is LinkState.CLOSED
 
     @property
     def skipped(self) -> int:
@@ -161,7 +155,7 @@ class PublisherLink:
         """
         with self._condition:
             self._nudged = True
-            if not self._state.is_wait:
+            if not self.state.is_wait:
                 self._step(LinkEvent.NUDGED)
             self._condition.notify_all()
 
@@ -208,7 +202,7 @@ class PublisherLink:
             event = self._wait(
                 pauses.after(
                     self._lasted,
-                    refused=self._state is LinkState.REFUSED,
+                    refused=self.state is LinkState.REFUSED,
                     mismatch=isinstance(self.last_error, Md5sumMismatch),
                 )
             )
@@ -218,8 +212,8 @@ class PublisherLink:
     def _step(self, event: LinkEvent) -> LinkState:
         """Enter the next state of the table; only this method changes the state."""
         with self._condition:
-            self._state = next_state(self._state, event)
-            return self._state
+            self.state = next_state(self.state, event)
+            return self.state
 
     @property
     def _lasted(self) -> float | None:
@@ -231,9 +225,9 @@ class PublisherLink:
         with self._condition:
             # Any node can cause any number of nudges, so the wait has a minimum.
             least = min(seconds, LEAST)
-            self._condition.wait_for(lambda: self._state is LinkState.CLOSED, least)
+            self._condition.wait_for(lambda: self.state is LinkState.CLOSED, least)
             seconds -= least
-            self._condition.wait_for(lambda: self._nudged or self._state is LinkState.CLOSED, seconds)
+            self._condition.wait_for(lambda: self._nudged or self.state is LinkState.CLOSED, seconds)
             nudged, self._nudged = self._nudged, False
             return LinkEvent.NUDGED if nudged else LinkEvent.DUE
 
@@ -252,7 +246,7 @@ class PublisherLink:
         if isinstance(error, OSError) and not isinstance(error, RosError):
             error = translate(error, f"{self.topic} from {self.address}", self.address)
         error = without_frames(error)
-        was = self._state
+        was = self.state
         refused = isinstance(error, REFUSALS)
         if self._step(LinkEvent.REFUSED if refused else LinkEvent.FAILED) is LinkState.CLOSED:
             return
@@ -325,9 +319,9 @@ class PublisherLink:
             bytes=self._past_bytes + now_bytes,
             messages=self._past_messages + now_messages,
             reconnects=max(0, self._sessions - 1),
-            state=self._state.value,
+            state=self.state.value,
             last_error=str(self.last_error or ""),
         )
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.topic} <- {self.caller_id or self.uri}, {self._state.value}>"
+        return f"<{type(self).__name__} {self.topic} <- {self.caller_id or self.uri}, {self.state.value}>"

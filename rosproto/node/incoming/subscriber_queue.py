@@ -371,11 +371,11 @@ class SubscriberQueue:
         topic: str,
         type_: TopicType,
         *,
-        callback: Callable[[Any], object] | None,
+        callback: Callable[[Any], object] | None = None,
         queue_size: int,
-        raw: bool,
-        on_error: Callable[[Exception], object] | None,
-        inline: bool,
+        raw: bool = False,
+        on_error: Callable[[Exception], object] | None = None,
+        inline: bool = False,
         renew: Callable[[], None],
     ) -> None:
         self.topic = topic

@@ -65,6 +65,7 @@ class Subscription:
     Attributes:
         name: Resolved topic.
         type: The requested type; the wildcard while the subscribers accept any.
+        present_type: The decoded type; the wildcard until a publisher's header has a type.
         links: One for each publisher, by its URI in canonical form.
         errors: The latest errors of links and handshakes, the newest last.
         skipped: Messages of past sessions that were not decoded, since no subscriber keeps that many.
@@ -87,7 +88,7 @@ class Subscription:
         self.errors: deque[Exception] = deque(maxlen=MOST_ERRORS)
         self.skipped = 0
         self.unfit = 0
-        self._decode_type = type_
+        self.present_type = type_
         self._condition = threading.Condition()
         self._queues: list[SubscriberQueue] = []
         self._latched: dict[object, Any] = {}  # by link
@@ -103,7 +104,7 @@ class Subscription:
                 raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
             with self._condition:
                 if "delivery" not in vars(self):
-                    self.delivery = Delivery(self._queues, self._decode_type)
+                    self.delivery = Delivery(self._queues, self.present_type)
                 return vars(self)["delivery"]
 
     # -- master ---------------------------------------------------------------------------------------------
@@ -179,7 +180,7 @@ class Subscription:
     def add_queue(self, queue: SubscriberQueue) -> None:
         """Add a subscriber; it gets the latched messages that arrived before."""
         with self._condition:
-            if not queue.type.is_wildcard and self._decode_type.is_wildcard:
+            if not queue.type.is_wildcard and self.present_type.is_wildcard:
                 self._adopt(queue.type)
             latched = [self._as_wanted(message, queue.raw) for message in self._latched.values()]
             if latched:  # before any message that arrives from now on
@@ -189,11 +190,11 @@ class Subscription:
 
     def _as_wanted(self, message: Any, raw: bool) -> Any:
         """A latched message, raw or decoded as the subscriber wants it."""
-        if raw == isinstance(message, AnyMsg) or (not raw and self._decode_type.is_wildcard):
+        if raw == isinstance(message, AnyMsg) or (not raw and self.present_type.is_wildcard):
             return message
         if raw:
             return encoded(message, message._connection_header)
-        wanted = self._decode_type.decode(message._buff, 0, len(message._buff))
+        wanted = self.present_type.decode(message._buff, 0, len(message._buff))
         wanted._connection_header = message._connection_header
         return wanted
 
@@ -207,7 +208,7 @@ class Subscription:
 
     def _adopt(self, type_: TopicType) -> None:
         """Request this type from now on instead of the wildcard."""
-        self.type = self._decode_type = type_
+        self.type = self.present_type = type_
 
     def renew_delivery(self) -> None:
         """Replace the deliveries after a change of the subscribers or their queue sizes."""
@@ -248,7 +249,7 @@ class Subscription:
             RemoteProtocolError: Its definition cannot be used.
         """
         with self._condition:
-            known = self._decode_type
+            known = self.present_type
             if known.is_wildcard and all(queue.raw for queue in self._queues):
                 return None
         if reply.md5sum == ANY and known.is_wildcard:
@@ -259,10 +260,10 @@ class Subscription:
             reply.type_name, reply.md5sum, reply.message_definition, topic=self.name, peer=peer
         )
         with self._condition:
-            if self._decode_type.is_wildcard:
-                self._decode_type = learned
+            if self.present_type.is_wildcard:
+                self.present_type = learned
                 self.renew_delivery()
-            known = self._decode_type
+            known = self.present_type
         return None if known.md5sum == learned.md5sum else self._revise(reply, peer, known)
 
     def _revise(self, reply: PublisherReply, peer: str, known: TopicType) -> RevisedType:
@@ -362,11 +363,6 @@ class Subscription:
     # -- state ----------------------------------------------------------------------------------------------
 
     @property
-    def present_type(self) -> TopicType:
-        """The decoded type; the wildcard until a publisher's header has a type."""
-        return self._decode_type
-
-    @property
     def connections(self) -> int:
         """Publishers whose messages can arrive now."""
         return sum(link.connected for link in self.links.values())
@@ -428,10 +424,10 @@ class Subscription:
         Raises:
             LocalProtocolError: It does not fit the subscribed type.
         """
-        if not self._decode_type.fits(type_):
+        if not self.present_type.fits(type_):
             raise LocalProtocolError(
-                f"{self.name} is subscribed in this node as {self._decode_type.name} (md5sum"
-                f" {self._decode_type.md5sum}), not as {type_.name} (md5sum {type_.md5sum}); close that"
+                f"{self.name} is subscribed in this node as {self.present_type.name} (md5sum"
+                f" {self.present_type.md5sum}), not as {type_.name} (md5sum {type_.md5sum}); close that"
                 " subscriber first, or use raw=True"
             )
 

@@ -35,9 +35,9 @@ class Publisher:
         latch: bool,
         queue_size: int,
         on_connect: Callable[[str], object] | None,
-        on_disconnect: Callable[[str], object] | None = None,
-        header: Callable[[], Mapping[str, str]] | None = None,
-        linger: bool = True,
+        on_disconnect: Callable[[str], object] | None,
+        header: Callable[[], Mapping[str, str]] | None,
+        linger: bool,
     ) -> None:
         self._context = context
         self._publication = publication
