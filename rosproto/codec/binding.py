@@ -10,7 +10,7 @@ The reference codec, which works on plain values, handles errors and unusual def
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout, resolve
@@ -29,9 +29,8 @@ class Binding:
         spec: Its definition.
         library: Where nested definitions come from.
         value_style: Python values of the class.
+        class_for: The class of a nested type.
     """
-
-    __slots__ = ("_class_for", "_functions", "_layout", "cls", "library", "spec", "value_style")
 
     def __init__(
         self,
@@ -41,32 +40,25 @@ class Binding:
         class_for: Callable[[str], type],
     ) -> None:
         self.cls: type = object
-        self.spec: MessageSpec = spec
-        self.library: DefinitionLibrary = library
-        self.value_style: ValueStyle = value_style
-        self._class_for = class_for
-        self._layout: Layout | None = None
+        self.spec = spec
+        self.library = library
+        self.value_style = value_style
+        self.class_for = class_for
         self._functions: dict[str, Callable[..., Any]] = {}
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
         """The resolved definition.
 
         Raises:
             DefinitionError: A used type is missing, recursive or too large.
         """
-        if self._layout is None:
-            self._layout = resolve(self.spec, self.library)
-        return self._layout
+        return resolve(self.spec, self.library)
 
     @property
     def has_views(self) -> bool:
         """Whether decoded messages refer to the bytes they came from."""
         return self.value_style.views and self.layout.has_numbers and not self.layout.sparse
-
-    def class_for(self, name: str) -> type:
-        """The class of a nested type."""
-        return self._class_for(name)
 
     def maker(self, name: str) -> Callable[[], Any]:
         """The fastest constructor of an empty instance.
@@ -78,7 +70,7 @@ class Binding:
             return partial(object.__new__, self.value_style.time)
         if name == "duration":
             return partial(object.__new__, self.value_style.duration)
-        cls = self._class_for(name)
+        cls = self.class_for(name)
         maker: Callable[[], Any] = type.__call__.__get__(cls)
         return maker
 
@@ -88,7 +80,7 @@ class Binding:
         """One of "encode", "parts", "decode", "fill", generated on first use."""
         found = self._functions.get(name)
         if found is None:
-            found = self._functions[name] = getattr(self, f"_make_{name}")()
+            found = self._functions[name] = self._make(name)
             if name in ("encode", "decode", "fill"):
                 # A function, not a staticmethod: Python 3.11 loads methods with one instruction.
                 type.__setattr__(self.cls, f"_{name}", found)
@@ -102,41 +94,34 @@ class Binding:
 
         return first
 
-    def _make_fill(self) -> Callable[..., Any]:
-        from rosproto.codec.default_generator import fill_function
+    def _make(self, name: str) -> Callable[..., Any]:
+        if name == "fill":
+            from rosproto.codec.default_generator import fill_function
 
-        return fill_function(self.layout, self.value_style, self.maker)
-
-    def _make_decode(self) -> Callable[..., Any]:
-        if self.layout.sparse:
+            return fill_function(self.layout, self.value_style, self.maker)
+        if name == "decode" and self.layout.sparse:
             return self._decode_slowly
-        from rosproto.codec.decode_generator import decode_function
+        if name == "decode" or name == "general_decode":
+            from rosproto.codec.decode_generator import decode_function
 
-        return decode_function(
-            self.layout, self.value_style, self.maker, fail=self._decode_again, other=self._decode_general
+            general = name == "general_decode"
+            return decode_function(
+                self.layout,
+                self.value_style,
+                self.maker,
+                general=general,
+                fail=self._decode_slowly if general else self._decode_again,
+                other=None if general else self._decode_general,
+            )
+        from rosproto.codec.encode_generator import encode_function
+
+        return encode_function(
+            self.layout,
+            self.value_style,
+            general=name == "general_encode",
+            parts=name == "parts",
+            fail={"encode": self._encode_again, "parts": self._parts_again}.get(name, self._encode_slowly),
         )
-
-    def _make_encode(self) -> Callable[..., Any]:
-        from rosproto.codec.encode_generator import encode_function
-
-        return encode_function(self.layout, self.value_style, fail=self._encode_again)
-
-    def _make_parts(self) -> Callable[..., Any]:
-        from rosproto.codec.encode_generator import encode_function
-
-        return encode_function(self.layout, self.value_style, parts=True, fail=self._parts_again)
-
-    def _make_general_decode(self) -> Callable[..., Any]:
-        from rosproto.codec.decode_generator import decode_function
-
-        return decode_function(
-            self.layout, self.value_style, self.maker, general=True, fail=self._decode_slowly
-        )
-
-    def _make_general_encode(self) -> Callable[..., Any]:
-        from rosproto.codec.encode_generator import encode_function
-
-        return encode_function(self.layout, self.value_style, general=True, fail=self._encode_slowly)
 
     # -- when generated code fails -----------------------------------------------------------
 

@@ -83,41 +83,27 @@ def connect(
     args: Namespace,
     out: Output,
     *,
+    to: str | None = None,
     sim_speed: float = 1.0,
     watchdog: Watchdog | None = None,
     patient: bool = False,
 ) -> Iterator[Chassis]:
-    """Connect to the chassis of the common options; `patient` as for `connect_to`."""
-    with ExitStack() as stack:
-        if args.sim_speed is not None and not args.sim:
-            raise ValueError("--sim-speed is for --sim; a real chassis has its own time")
-        address, host = address_of(args, out, stack, sim_speed)
-        yield stack.enter_context(connect_to(address, host, args, out, watchdog=watchdog, patient=patient))
-
-
-@contextmanager
-def connect_to(
-    address: str | None,
-    host: str | None,
-    args: Namespace,
-    out: Output,
-    *,
-    watchdog: Watchdog | None = None,
-    patient: bool = False,
-) -> Iterator[Chassis]:
-    """Connect to a chassis at an address, with the common options.
+    """Connect to the chassis of the common options.
 
     Args:
-        address: The chassis's address; None uses $ROS_MASTER_URI.
-        host: Our own address.
         args: The command line.
         out: Prints the progress.
+        to: The address of another chassis.
+        sim_speed: With --sim, simulated seconds per second.
         watchdog: The process that stops the robot when this process is killed.
         patient: Yield an unreachable chassis, too, without entering it; enter it later.
     """
+    if args.sim_speed is not None and not args.sim:
+        raise ValueError("--sim-speed is for --sim; a real chassis has its own time")
     from woosh_pure.chassis import Chassis
 
     with ExitStack() as stack:
+        address, host = (to, args.host) if to is not None else address_of(args, out, stack, sim_speed)
         with out.working("connecting"):
             paths = [*(args.msg_path or ()), *environment_paths()]
             learned = not args.no_learned

@@ -16,7 +16,7 @@ HEAVY = (
     "lz4",
     "asyncio",
     "xml",
-    "http",
+    "http.client",
     "ssl",
     "woosh_pure.sim",
     "woosh_pure.components",

@@ -40,7 +40,6 @@ def run_imu(args: Namespace, out: Output) -> int:
 
 
 def _show_imu(imu: Imu, out: Output) -> None:
-
     w, a = imu.angular_velocity, imu.linear_acceleration
     turned = imu.orientation
     yaw = say("none") if turned is None else f"{math.degrees(yaw_from_quaternion(*turned)):.1f}°"

@@ -23,7 +23,6 @@ from rosproto.cli import (
 )
 from rosproto.errors import ConnectionLost
 from rosproto.sentence import led, say
-from rosproto.transport import Deadline
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import RobotMode
 from woosh_pure.errors import ChassisError
@@ -117,6 +116,7 @@ def add_sim(parser: ArgumentParser) -> None:
 
 def run_sim(args: Namespace, out: Output) -> int:
     hurry()
+    from rosproto.transport import Deadline
     from woosh_pure.sim import Settings, SimulatedChassis
     from woosh_pure.sim.body import BodyLimits
     from woosh_pure.sim.site import site_of

@@ -9,7 +9,7 @@ import socket
 import sys
 import time
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from importlib import metadata
 from pathlib import Path
@@ -21,6 +21,7 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.sentence import both, say, sentence_of
 from rosproto.version import __version__
 from woosh_pure.cli import config
+from woosh_pure.cli.arguments import enum_words
 from woosh_pure.cli.connection import address_of, connect, names
 from woosh_pure.cli.follow_goal import DriveLine, follow
 from woosh_pure.cli.output import Output
@@ -141,7 +142,6 @@ def _save_profile(address: str, args: Namespace, out: Output) -> int:
 def _require_master(uri: str, args: Namespace, out: Output) -> None:
     from rosproto import MasterClient
     from rosproto.transport import HostNames
-    from woosh_pure.cli.connection import names
 
     try:
         hosts = HostNames(names(args))
@@ -375,24 +375,12 @@ def add_completion(parser: ArgumentParser) -> None:
 
 
 def run_completion(args: Namespace, out: Output) -> int:
+    from woosh_pure.cli.commands.devices import COLOURS
     from woosh_pure.cli.entry import parser_for
 
-    return answer_completion("woosh", args, parser_for, {"mark": _marks, "state": _states, "color": _colours})
-
-
-def _states() -> list[str]:
-    from woosh_pure.cli.arguments import enum_words
-
-    return enum_words(LedState)
-
-
-def _colours() -> list[str]:
-    from woosh_pure.cli.commands.devices import COLOURS
-
-    return list(COLOURS)
-
-
-def _marks() -> list[str]:
-    """Return the marks of the user's list; the chassis cannot list its own."""
-
-    return MarkFile(config.mark_file()).names
+    values: dict[str, Callable[[], list[str]]] = {
+        "mark": lambda: MarkFile(config.mark_file()).names,  # the chassis cannot list its own
+        "state": lambda: enum_words(LedState),
+        "color": lambda: list(COLOURS),
+    }
+    return answer_completion("woosh", args, parser_for, values)

@@ -216,16 +216,17 @@ def run_faults(args: Namespace, out: Output) -> int:
                 task=task,
                 robot=robot,
             )
-            out.result([code])
         else:
-            _print_faults([code], args, out)
+            _print_codes([code], args, out)
+        out.result([code])
         return 0
     if args.find is not None:
         wanted = args.find.lower()
         found = [c for c in all_codes() if wanted in f"{c.identifier} {c.english} {c.chinese}".lower()]
         if not found:
             out.line("no code has {text!r} in its name or words", text=args.find)
-        _print_faults(found, args, out)
+        _print_codes(found, args, out)
+        out.result(found)
         return 0 if found else 1
     with connect(args, out) as chassis:
         faults = chassis.faults  # subscribes
@@ -239,12 +240,6 @@ def run_faults(args: Namespace, out: Output) -> int:
     _print_codes(faults, args, out)
     out.result({"known": faults.known, "present": faults.present, "faults": list(faults)})
     return {True: FAILED, False: DONE, None: NOT_KNOWN}[faults.present]
-
-
-def _print_faults(codes: Iterable[StatusCode], args: Namespace, out: Output) -> None:
-    listed = list(codes)
-    _print_codes(listed, args, out)
-    out.result(listed)
 
 
 def _print_codes(codes: Iterable[StatusCode], args: Namespace, out: Output) -> None:

@@ -21,12 +21,12 @@ from rosproto.cli import (
     terminal_size,
 )
 from rosproto.sentence import say
-from rosproto.transport import Deadline
 from woosh_pure.cli.commands.state import as_json
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output, full_screen
 
 if TYPE_CHECKING:
+    from rosproto.transport import Deadline
     from woosh_pure.cli.screen import Observer, Scene
 
 
@@ -45,6 +45,7 @@ def run_watch(args: Namespace, out: Output) -> int:
     rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
     if not 0.05 <= rate <= 30.0:
         raise ValueError(say("--rate {rate:g}: expected 0.05 to 30 per second", rate=rate))
+    from rosproto.transport import Deadline
     from woosh_pure.cli.screen import Observer  # late: it needs numpy
 
     with connect(args, out) as chassis:
@@ -82,6 +83,8 @@ def _quit_within(keys: Keys | None, period: float) -> bool:
     if keys is None:
         time.sleep(period)
         return False
+    from rosproto.transport import Deadline
+
     deadline = Deadline(period)
     while rest := deadline.remaining():
         if any(key in ("q", "escape", "end") for key in keys.read(rest)):

@@ -14,7 +14,7 @@ from rosproto.cli import CommandError, add_token, host, hurry, port, token_of
 from rosproto.errors import RosError
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host
-from woosh_pure.cli.connection import connect, connect_to, reaching, watchdog_of
+from woosh_pure.cli.connection import connect, reaching, watchdog_of
 from woosh_pure.cli.output import Output
 from woosh_pure.maps.marks import MarkFile, UserMark
 
@@ -88,7 +88,7 @@ def run_web(args: Namespace, out: Output) -> int:
                     )
                 )
             robots[name] = stack.enter_context(
-                connect_to(address, args.host, args, out, watchdog=watchdog, patient=True)
+                connect(args, out, to=address, watchdog=watchdog, patient=True)
             )
         app = web.app(
             robots,
