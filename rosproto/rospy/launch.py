@@ -12,7 +12,7 @@ import logging
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib.machinery import SourceFileLoader
 from types import ModuleType, TracebackType
@@ -114,9 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
     elif arguments.chassis:
         _go_to(arguments.chassis)
     elif arguments.sim:
-        from rosproto.rospy.sim import start
-
-        uri = start(arguments.mark, arguments.marks)
+        uri = _simulate(arguments.mark, arguments.marks)
         os.environ.update(ROS_MASTER_URI=uri, ROS_IP="127.0.0.1")
         os.environ.pop("ROS_HOSTNAME", None)
     return run_program(arguments.program, arguments.arguments)
@@ -135,6 +133,29 @@ def _go_to(host: str) -> None:
     os.environ["ROS_MASTER_URI"] = uri
     os.environ["ROS_IP"] = local_address_towards(*parse_uri(uri))
     os.environ.pop("ROS_HOSTNAME", None)
+
+
+def _simulate(marks: Iterable[str], files: Iterable[str]) -> str:
+    """Start a simulated chassis that runs until the program ends; return the URI of its master.
+
+    Only this imports woosh_pure in rosproto.
+
+    Args:
+        marks: "NAME=X,Y,YAW" in m, m and degrees.
+        files: Lists of marks in the format of `woosh marks`.
+
+    Raises:
+        ValueError: A mark is malformed or inside a wall.
+        FileNotFoundError: A list does not exist.
+    """
+    from woosh_pure import SimulatedChassis
+    from woosh_pure.sim.site import site_of
+
+    simulated = SimulatedChassis(site=site_of(None, marks, files))
+    simulated.__enter__()
+    # Registered before the program's exit functions, so it runs after them.
+    atexit.register(simulated.close)
+    return simulated.master_uri
 
 
 def run_program(path: str, arguments: Sequence[str] = ()) -> int:
