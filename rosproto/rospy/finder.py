@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import importlib.machinery
 import os
+import pkgutil
 import sys
 from collections.abc import Sequence
 from functools import cache
@@ -56,15 +57,7 @@ def serve() -> None:
 
 def stand_ins() -> frozenset[str]:
     """Names of the modules and packages of ROS that are provided, without the message packages."""
-    try:
-        entries = os.scandir(MODULES)
-    except (NotADirectoryError, FileNotFoundError):  # inside a zip; the second on Windows
-        import pkgutil
-
-        names = {module.name for module in pkgutil.iter_modules([MODULES])}
-    else:
-        names = {e.name.removesuffix(".py") for e in entries if e.is_dir() or e.name.endswith(".py")}
-    return frozenset(name for name in names if not name.startswith(("_", ".")))
+    return frozenset(module.name for module in pkgutil.iter_modules([MODULES]))
 
 
 class RosFinder:
