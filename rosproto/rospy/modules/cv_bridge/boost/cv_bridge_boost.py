@@ -50,7 +50,6 @@ def getCvType(encoding):
 
 # OpenCV names a pattern by the pixels of its second row.
 _BAYER = {"RGGB": "BG", "BGGR": "RG", "GBRG": "GR", "GRBG": "GB"}
-_SAME = "same"
 
 
 def cvtColor2(image, present, wanted):
@@ -61,34 +60,26 @@ def cvtColor2(image, present, wanted):
     """
     if not wanted or wanted == present:
         return image.copy()
-    for step in _steps(present, wanted):
-        image = _rescaled(image, present, wanted) if step is _SAME else _recoloured(image, step)
-    return image
-
-
-def _steps(present, wanted):
     depth, channels, colour = layout(present)
     to_depth, to_channels, to_colour = layout(wanted)
-    if colour is None:
-        if to_colour is not None:
-            raise RuntimeError(
-                "[%s] is not a color format. but [%s] is. The conversion does not make sense"
-                % (present, wanted)
-            )
-        if channels != to_channels:
-            raise RuntimeError("[%s] and [%s] do not have the same number of channel" % (present, wanted))
-        return [_SAME]
     if to_colour is None:
         if channels != to_channels:
-            raise RuntimeError(
-                "[%s] is a color format but [%s] is not so they must have the same OpenCV type,"
-                " CV_8UC3, CV16UC1 ...." % (present, wanted)
-            )
-        return [_SAME]
-    steps = [_SAME if colour == to_colour else _code(colour, to_colour, present, wanted)]
-    if depth != to_depth and steps != [_SAME]:
-        steps.append(_SAME)
-    return steps
+            text = "[%s] and [%s] do not have the same number of channel"
+            if colour is not None:
+                text = (
+                    "[%s] is a color format but [%s] is not so they must have the same OpenCV type,"
+                    " CV_8UC3, CV16UC1 ...."
+                )
+            raise RuntimeError(text % (present, wanted))
+    elif colour is None:
+        raise RuntimeError(
+            "[%s] is not a color format. but [%s] is. The conversion does not make sense" % (present, wanted)
+        )
+    elif colour != to_colour:
+        image = _recoloured(image, _code(colour, to_colour, present, wanted))
+        if depth == to_depth:
+            return image
+    return _rescaled(image, depth, to_depth)
 
 
 def _code(colour, to_colour, present, wanted):
@@ -112,10 +103,9 @@ def _recoloured(image, code):
     return cv2.cvtColor(image, getattr(cv2, "COLOR_" + code))
 
 
-def _rescaled(image, present, wanted):
-    to = numpy.dtype(NUMPY[layout(wanted)[0]])
-    depths = layout(present)[0][:-1], layout(wanted)[0][:-1]
-    scale = {("8", "16"): 65535.0 / 255.0, ("16", "8"): 255.0 / 65535.0}.get(depths, 1.0)
+def _rescaled(image, depth, to_depth):
+    to = numpy.dtype(NUMPY[to_depth])
+    scale = {("8", "16"): 65535.0 / 255.0, ("16", "8"): 255.0 / 65535.0}.get((depth[:-1], to_depth[:-1]), 1.0)
     if to.kind == "f":
         return image.astype(to)
     limits = numpy.iinfo(to)
