@@ -2,16 +2,8 @@
 
 from sensor_msgs.msg import PointCloud2
 from sensor_msgs.point_cloud2 import create_cloud, read_points
-from tf2_geometry_msgs import transform_to_kdl
+from tf2_geometry_msgs import from_msg_msg, to_msg_msg, transform_to_kdl
 from tf2_ros import ConvertRegistration, TransformRegistration
-
-
-def to_msg_msg(msg):
-    """Return the message unchanged."""
-    return msg
-
-
-from_msg_msg = to_msg_msg
 
 
 def do_transform_cloud(cloud, transform):

@@ -268,15 +268,18 @@ class BufferCore:
         if target != source:
             self._validate("lookupTransform argument target_frame", target)
             self._validate("lookupTransform argument source_frame", source)
+        return self._in_tree(self._tree.lookup, target, source, stamp)
+
+    def _in_tree(self, find, target, source, *stamp):
         try:
-            return self._tree.lookup(target, source, stamp)
+            return find(target, source, *stamp)
         except FrameLoop:
-            raise LookupException(self._loop()) from None
+            frames = self.all_frames_as_string()
+            raise LookupException(
+                "The tf tree is invalid because it contains a loop.\n%s\n" % frames
+            ) from None
         except NoPath as no_path:
             raise error_of(no_path, target, source) from None
-
-    def _loop(self):
-        return "The tf tree is invalid because it contains a loop.\n%s\n" % self.all_frames_as_string()
 
     def get_latest_common_time(self, target_frame, source_frame):
         """The newest time for which the transform is available."""
@@ -284,11 +287,9 @@ class BufferCore:
             for frame in (target_frame, source_frame):
                 self._validate("get_latest_common_time", frame)
             try:
-                stamp = self._tree.latest_common_time(target_frame, source_frame)
-            except FrameLoop:
-                raise TransformException(self._loop()) from None
-            except NoPath as no_path:  # tf2 raises the base class here
-                raise TransformException(str(error_of(no_path, target_frame, source_frame))) from None
+                stamp = self._in_tree(self._tree.latest_common_time, target_frame, source_frame)
+            except TransformException as error:  # tf2 raises the base class here
+                raise TransformException(str(error)) from None
         return _time(stamp)
 
     def _validate(self, argument, frame):
@@ -393,12 +394,7 @@ class BufferCore:
         return list(dict.fromkeys(frames))
 
     def _walk(self, target, source, stamp):
-        try:
-            way = self._tree.find_path(target, source, stamp)
-        except FrameLoop:
-            raise LookupException(self._loop()) from None
-        except NoPath as no_path:
-            raise error_of(no_path, target, source) from None
+        way = self._in_tree(self._tree.find_path, target, source, stamp)
         return way.source_side, way.target_side[::-1]
 
     # tf2's names for them

@@ -125,22 +125,8 @@ class BufferInterface:
         moved = function(object_stamped, transform)
         return convert(moved, new_type) if new_type else moved
 
-    def lookup_transform(self, target_frame, source_frame, time, timeout=ZERO):
-        """Defined by subclasses."""
+    def lookup_transform(self, *args, **kwds):
+        """Defined by subclasses, as are the others."""
         raise NotImplementedException
 
-    def lookup_transform_full(
-        self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
-    ):
-        """Defined by subclasses."""
-        raise NotImplementedException
-
-    def can_transform(self, target_frame, source_frame, time, timeout=ZERO):
-        """Defined by subclasses."""
-        raise NotImplementedException
-
-    def can_transform_full(
-        self, target_frame, target_time, source_frame, source_time, fixed_frame, timeout=ZERO
-    ):
-        """Defined by subclasses."""
-        raise NotImplementedException
+    lookup_transform_full = can_transform = can_transform_full = lookup_transform
