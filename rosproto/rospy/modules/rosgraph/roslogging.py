@@ -2,6 +2,7 @@
 
 import logging
 import os
+import re
 import sys
 import time
 from logging.handlers import RotatingFileHandler
@@ -52,7 +53,8 @@ class RosStreamHandler(logging.Handler):
             ("time", "%f" % time.time() + _simulated()),
         ):
             text = text.replace("${%s}" % key, str(value))
-        text = _with_formats(_with_formats(text, "${walltime:", ""), "${time:", _simulated())
+        text = re.sub(r"\$\{walltime:(.*?)\}", lambda found: time.strftime(found[1]), text)
+        text = re.sub(r"\$\{time:(.*?)\}", lambda found: time.strftime(found[1]) + _simulated(), text)
         stream = self._stdout if record.levelno < logging.WARNING else self._stderr
         if self._colorize and color and hasattr(stream, "isatty") and stream.isatty():
             stream.write(color + text + "\n" + _RESET)
@@ -65,15 +67,6 @@ def _simulated():
     from rospy.rostime import get_time, is_wallclock
 
     return "" if is_wallclock() else ", %f" % get_time()
-
-
-def _with_formats(text, begin, more):
-    while begin in text:
-        start = text.index(begin)
-        end = text.index("}", start)
-        pattern = text[start + len(begin) : end]
-        text = text.replace(text[start : end + 1], time.strftime(pattern) + more)
-    return text
 
 
 class _LogFile(RotatingFileHandler):

@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 import traceback
+from types import SimpleNamespace
 
 import genpy
 from genpy.message import encode_message
@@ -30,18 +31,9 @@ MOST_ATTACHING = 1.0  # seconds
 UNBOUNDED = sys.maxsize  # messages that may wait; rospy has no bound by default
 
 
-class Connection:
-    """A peer, with the attributes that programs use.
-
-    Attributes:
-        endpoint_id: Its node name for a subscriber of ours, its URI for a publisher.
-        callerid_pub: Its node name.
-    """
-
-    def __init__(self, endpoint_id, callerid):
-        self.endpoint_id = endpoint_id
-        self.callerid_pub = self.callerid = callerid
-        self.done = False
+def _connection(endpoint_id, callerid):
+    """A peer, with the attributes that programs use: its node name, and its name or (of a publisher) URI."""
+    return SimpleNamespace(endpoint_id=endpoint_id, callerid_pub=callerid, callerid=callerid, done=False)
 
 
 class TopicImpl:
@@ -130,7 +122,7 @@ class PublisherImpl(TopicImpl):
         return {str(key): str(value) for key, value in self.headers.items()}
 
     def _connections(self):
-        return [Connection(name, name) for name in self.handle.subscribers]
+        return [_connection(name, name) for name in self.handle.subscribers]
 
     def add_subscriber_listener(self, listener):
         """Add a listener."""
@@ -272,7 +264,7 @@ class SubscriberImpl(TopicImpl):
             self._statistics.close()
 
     def _connections(self):
-        return [Connection(uri, caller_id) for uri, caller_id in self.handle.publisher_uris.items()]
+        return [_connection(uri, caller_id) for uri, caller_id in self.handle.publisher_uris.items()]
 
     def set_queue_size(self, queue_size):
         """Set how many messages of one read are delivered, the latest ones; None for all."""

@@ -1,6 +1,7 @@
 """rospy.core: the log functions, and the start and shutdown of the node."""
 
 import atexit
+import functools
 import logging
 import os
 import signal
@@ -176,21 +177,13 @@ def get_ros_root(required=False, env=None):
     return root
 
 
-_proxies = {}
-
-
 def xmlrpcapi(uri, cache=True):
-    """The xmlrpc.client.ServerProxy of a master or node; None when `uri` is not a URI."""
+    """The xmlrpc.client.ServerProxy of a master or node, for any thread; None when `uri` is not a URI."""
     parts = urlparse(uri) if uri else None
-    if parts is None or not parts.scheme or not parts.netloc:
-        return None
-    if not cache:
-        return _proxy(uri)
-    if uri not in _proxies:
-        _proxies[uri] = _proxy(uri)
-    return _proxies[uri]
+    return _proxy(uri) if parts and parts.scheme and parts.netloc else None
 
 
+@functools.cache
 def _proxy(uri):
     """A ServerProxy that calls through our client: usable from any thread, and with a time-out."""
     from xmlrpc.client import ServerProxy

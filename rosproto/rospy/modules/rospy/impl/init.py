@@ -6,6 +6,8 @@ import threading
 import time
 
 import rosgraph
+from roscpp.msg import Logger
+from roscpp.srv import GetLoggers, GetLoggersResponse, SetLoggerLevel, SetLoggerLevelResponse
 from rosgraph.roslogging import RosStreamHandler
 
 from rosproto.errors import RosError
@@ -93,8 +95,6 @@ def serve_loggers():
 def _serve_loggers():
     time.sleep(0.1)
     try:
-        from roscpp.srv import GetLoggers, SetLoggerLevel
-
         Service("~get_loggers", GetLoggers, _get_loggers)
         Service("~set_logger_level", SetLoggerLevel, _set_logger_level)
     except (RosError, OSError, ServiceException) as error:
@@ -103,9 +103,6 @@ def _serve_loggers():
 
 
 def _get_loggers(request):
-    from roscpp.msg import Logger
-    from roscpp.srv import GetLoggersResponse
-
     def level(name):
         return _DEBUGGED.get(logging.getLogger(name).getEffectiveLevel(), "INFO")
 
@@ -114,8 +111,6 @@ def _get_loggers(request):
 
 
 def _set_logger_level(request):
-    from roscpp.srv import SetLoggerLevelResponse
-
     levels = {name: level for level, name in _DEBUGGED.items()}
     level = levels.get(request.level.upper())
     if level is None:

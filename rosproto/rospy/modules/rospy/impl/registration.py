@@ -3,6 +3,7 @@
 import threading
 import traceback
 
+from .. import service
 from ._unserved import unserved
 
 RegManager = unserved("rospy.impl.registration.RegManager")
@@ -81,6 +82,4 @@ def get_topic_manager():
 
 def get_service_manager():
     """The table of services."""
-    from rospy.service import manager
-
-    return manager
+    return service.manager

@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 import traceback
+from functools import cache
 
 import genpy
 import rosgraph
@@ -84,8 +85,6 @@ def wait_for_service(service, timeout=None):
                 if failed:
                     core.loginfo("wait_for_service(%s): finally were able to contact [%s]" % (resolved, uri))
                 return
-        except KeyboardInterrupt:
-            raise
         except Exception:
             failed = True
             core.logwarn_throttle(10, "wait_for_service(%s): failed to contact, will keep trying" % resolved)
@@ -102,14 +101,9 @@ def _contact(master, resolved, timeout):
     except rosgraph.MasterException:
         return None
     deadline = Deadline(timeout)
-    sock = connect(*core.parse_rosrpc_uri(uri), deadline, hosts=HostNames(host_names()))
-    try:
-        fields = service_client_header(
-            service=resolved, md5sum="*", callerid=names.get_caller_id(), probe=True
-        )
+    fields = service_client_header(service=resolved, md5sum="*", callerid=names.get_caller_id(), probe=True)
+    with connect(*core.parse_rosrpc_uri(uri), deadline, hosts=HostNames(host_names())) as sock:
         write_header(sock, fields, deadline)
-    finally:
-        sock.close()
     return uri
 
 
@@ -118,7 +112,6 @@ DEFAULT_BUFF_SIZE = 65536
 
 _node = None
 _lock = threading.RLock()
-_caller = None
 
 
 def attach(node):
@@ -130,17 +123,14 @@ def attach(node):
             service._open(node)
 
 
+_caller_before_node = cache(Caller)
+
+
 def _caller_now():
     """The caller of services: the node, or before there is one a stand-in for the current environment."""
-    global _caller
     if _node is not None:
         return _node
-    uri = rosgraph.get_master_uri()
-    with _lock:
-        if _caller is None or _caller.master_given != uri:
-            _caller = Caller(names.get_caller_id(), uri)
-            _caller.master_given = uri
-        return _caller
+    return _caller_before_node(names.get_caller_id(), rosgraph.get_master_uri())
 
 
 # -- calling ------------------------------------------------------------------------------------------------
@@ -250,10 +240,7 @@ class ServiceProxy(_Service):
         try:
             return _for_node(request)
         except (genpy.SerializationError, AttributeError):
-            try:
-                rosgraph.Master(names.get_caller_id()).lookupService(self.resolved_name)
-            except rosgraph.MasterException:
-                raise ServiceException("service [%s] unavailable" % self.resolved_name) from None
+            self._get_service_uri()
             raise
 
     def close(self):
@@ -320,12 +307,12 @@ class Service(_Service):
             return
         self._server = node.service_server(self.resolved_name, node_service(self.service_class), self._answer)
         self.uri = node.rosrpc_uri
-        self._server.on_refused = lambda fields, error: self._refused(node, fields, error)
 
-    @staticmethod
-    def _refused(node, fields, error):
-        if isinstance(error, Md5sumMismatch):
-            node.on_refused(refusal(fields, error))
+        def refused(fields, error):
+            if isinstance(error, Md5sumMismatch):
+                node.on_refused(refusal(fields, error))
+
+        self._server.on_refused = refused
 
     def error_handler(self, e, exc_type, exc_value, tb):
         """Called when the handler raised."""

@@ -53,12 +53,8 @@ class DeadTransport(Transport):
 
     def __init__(self, transport):
         super().__init__(transport.direction, transport.name)
-        for name in (
-            "transport_type", "id", "stat_bytes", "stat_num_msg",
-            "endpoint_id", "local_endpoint", "remote_endpoint",
-        ):  # fmt: skip
-            setattr(self, name, getattr(transport, name))
-        self.done = True
+        kept = vars(transport) | {"transport_type": transport.transport_type}
+        vars(self).update(kept, cleanup_cb=None, done=True)
 
     def get_transport_info(self):
         """The peer it was connected to."""
