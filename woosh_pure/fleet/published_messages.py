@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rosproto.version import __version__
-from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.config import VehicleConfig
@@ -21,6 +20,7 @@ from woosh_pure.fleet.order.action_states import BUILT_IN, SupportedAction
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
+from woosh_pure.fleet.state_file import Journal
 from woosh_pure.values import Parameters
 
 # -- the header of each message ------------------------------------------------------------------------------

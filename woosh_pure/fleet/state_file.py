@@ -1,7 +1,8 @@
-"""`Store`: the file that keeps a vehicle's order across restarts, and its lock.
+"""What a vehicle keeps on disk: `Store` is the file of its order, with a lock; `Journal` has its reports.
 
-The file is JSON and always replaced as a whole. An open vehicle locks a file beside it, so that two processes
-cannot restore each other's orders; the system releases the lock when the process ends for any reason.
+The order's file is JSON and always replaced as a whole. An open vehicle locks a file beside it, so that two
+processes cannot restore each other's orders; the system releases the lock when the process ends for any
+reason.
 """
 
 from __future__ import annotations
@@ -10,12 +11,17 @@ import json
 import os
 import re
 import sys
+import threading
+import time
+from collections import deque
 from pathlib import Path
 from typing import Any
 
 from rosproto.files import replace_file
 from rosproto.logs import get_logger
+from rosproto.text import printable
 from woosh_pure.errors import ChassisError
+from woosh_pure.fleet.messages.parsing import timestamp
 
 _log = get_logger("woosh_pure.fleet.state_file")
 _LOCK = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0)
@@ -145,3 +151,49 @@ class Store:
                 os.fsync(folder)
             finally:
                 os.close(folder)
+
+
+# -- the reports of logReport --------------------------------------------------------------------------------
+
+MOST_LINES = 500
+MOST_REPORTS = 50
+"""Number of reports that are kept; the oldest is deleted, so that the disk does not fill."""
+
+
+class Journal:
+    """The recent events of one vehicle, and its reports.
+
+    Args:
+        folder: Folder of the reports; created with the first one.
+        name: Start of their names.
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self.folder, self.name = folder, name
+        self._lines: deque[str] = deque(maxlen=MOST_LINES)
+        self._lock = threading.Lock()
+
+    def note(self, text: str) -> None:
+        """Record an event with the time."""
+        line = f"{timestamp(time.time())} {printable(text)[:500]}"
+        with self._lock:
+            self._lines.append(line)
+
+    def write(self, reason: str, facts: dict[str, Any]) -> str:
+        """Store a report and return its name.
+
+        Raises:
+            OSError: The file cannot be written.
+        """
+        with self._lock:
+            lines = list(self._lines)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        moment = timestamp(time.time()).replace(":", "").replace(".", "")
+        path = self.folder / f"{self.name}-{moment}.json"
+        beside = path.with_suffix(".new")
+        text = json.dumps({"reason": reason, **facts, "lately": lines}, indent=1, ensure_ascii=False)
+        beside.write_text(text, "utf-8")
+        replace_file(beside, path)
+        for old in sorted(self.folder.glob(f"{self.name}-*.json"))[:-MOST_REPORTS]:
+            old.unlink(missing_ok=True)
+        return path.name

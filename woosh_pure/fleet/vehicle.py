@@ -19,7 +19,6 @@ from rosproto.logs import get_logger
 from rosproto.version import __version__
 from woosh_pure.chassis import Chassis
 from woosh_pure.fleet.action_handlers.custom_actions import Triggers
-from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.action_handlers.maps import MapStore
 from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.action_handlers.running_action import ActionRunner
@@ -43,7 +42,7 @@ from woosh_pure.fleet.order.events import Effect, Event
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities, within_deviation
 from woosh_pure.fleet.persistent_order import PersistentOrder
 from woosh_pure.fleet.published_messages import MessageHeaders, MessagePublisher
-from woosh_pure.fleet.state_file import Store, StoreInUse
+from woosh_pure.fleet.state_file import Journal, Store, StoreInUse
 
 _log = get_logger("woosh_pure.fleet.vehicle")
 STATE_EVERY = 25.0

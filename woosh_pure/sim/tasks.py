@@ -13,7 +13,6 @@ from typing import Protocol
 from woosh_pure.enums import (
     ActionState,
     ActionType,
-    RobotMode,
     RobotState,
     TaskCommand,
     TaskState,
@@ -49,15 +48,10 @@ class TaskWorld(Protocol):
     """The part of `woosh_pure.sim.world.World` that tasks use."""
 
     site: Site
-    emergency_stop: bool
-    bumper: bool
-    robot_mode: RobotMode
     work_mode: WorkMode
-    cable_plugged: bool
 
-    @property
-    def located(self) -> bool:
-        """Whether the robot is localised."""
+    def cannot_move(self) -> int:
+        """The code of why the robot cannot drive to a place now; 0 if it can."""
 
     @property
     def robot_state(self) -> RobotState:
@@ -77,6 +71,17 @@ class TaskWorld(Protocol):
 
     def leave_dock(self) -> None:
         """Leave the charger."""
+
+
+_REFUSALS = {
+    110201000013: "emergency stop",
+    110202000013: "bumper",
+    140801000081: "not in automatic mode",
+    140801000121: "not in task mode",
+    140201000022: "not localised",
+    140801000261: "charging cable plugged in",
+    140801000111: "another task is running",
+}
 
 
 class TaskMachine:
@@ -134,7 +139,7 @@ class TaskMachine:
     def _execute(self, request: TaskRequest) -> TaskReply:
         refusal = self._refusal()
         if refusal:
-            return self._reply(False, refusal[0], refusal[1])
+            return self._reply(False, _REFUSALS[refusal], refusal)
         if request.poses is None:
             return self._reply(False, "a pose is not finite or in an unknown frame", 140801000141)
         mark = self._world.site.marks.get(request.mark)
@@ -146,23 +151,14 @@ class TaskMachine:
         self._begin(request, target)
         return self._reply(True, "ok")
 
-    def _refusal(self) -> tuple[str, int] | None:
-        world = self._world
-        if world.emergency_stop:
-            return "emergency stop", 110201000013
-        if world.bumper:
-            return "bumper", 110202000013
-        if world.robot_mode is not RobotMode.AUTOMATIC:
-            return "not in automatic mode", 140801000081
-        if world.work_mode is not WorkMode.TASK:
-            return "not in task mode", 140801000121
-        if not world.located:
-            return "not localised", 140201000022
-        if world.cable_plugged:
-            return "charging cable plugged in", 140801000261
-        if self.busy:
-            return "another task is running", 140801000111
-        return None
+    def _refusal(self) -> int:
+        """The code of why no task starts now; 0 if one may."""
+        code = self._world.cannot_move()
+        if not code and self._world.work_mode is not WorkMode.TASK:
+            code = 140801000121
+        if not code and self.busy:
+            code = 140801000111
+        return code
 
     def _begin(self, request: TaskRequest, target: list[Pose2D]) -> None:
         self.task_id = request.task_id

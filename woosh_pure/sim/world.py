@@ -204,7 +204,7 @@ class World:
         path = [self.body.pose, *target] if keep_path else self.avoidance.way_to(target[-1])
         motion = PathMotion(owner, path or [target[-1]], self._speed(), point_by_point=point_by_point)
         motion.clear = partial(self.collisions.is_clear, more=0.03)
-        refused = self._cannot_move()
+        refused = self.cannot_move()
         if refused or path is None:
             motion.end(MotionState.FAILED, refused or 130101000021)
             self.report(motion.code)
@@ -219,7 +219,7 @@ class World:
     def step_control(self, steps: Sequence[Step], *, avoid: bool) -> Motion:
         """Start a list of steps."""
         motion = StepMotion(steps, avoid=avoid)
-        refused = self._cannot_move(needs_location=False)
+        refused = self.cannot_move(needs_location=False)
         if not refused and (not steps or not all(map(self._reachable, steps))):
             refused = 120301000032
         if refused:
@@ -413,7 +413,8 @@ class World:
         self._command = Velocity()
         self._command_smooth = self._holding = True
 
-    def _cannot_move(self, *, needs_location: bool = True) -> int:
+    def cannot_move(self, *, needs_location: bool = True) -> int:
+        """The code of why the robot cannot move now; 0 if it can."""
         if self.emergency_stop:
             return _ESTOP
         if self.bumper:

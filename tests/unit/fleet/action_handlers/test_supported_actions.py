@@ -16,12 +16,12 @@ import pytest
 
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.action_handlers.custom_actions import Triggers
-from woosh_pure.fleet.action_handlers.log_report import Journal
 from woosh_pure.fleet.action_handlers.predefined_actions import supported_actions
 from woosh_pure.fleet.action_handlers.running_action import Task
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.order.action_states import Scope, objection
+from woosh_pure.fleet.state_file import Journal
 
 
 def config(**actions: str) -> VehicleConfig:
@@ -192,7 +192,7 @@ def test_charging_is_stopped_by_driving_off() -> None:
 
 def test_reports_are_stored_and_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The name is the result; the oldest makes room."""
-    monkeypatch.setattr("woosh_pure.fleet.action_handlers.log_report.MOST_REPORTS", 2)
+    monkeypatch.setattr("woosh_pure.fleet.state_file.MOST_REPORTS", 2)
     journal = Journal(tmp_path / "logs", "W-1")
     journal.note("< order\n\x1b[0m")
     name = journal.write("why", {"order": {"orderId": "o"}})
