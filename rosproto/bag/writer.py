@@ -33,7 +33,7 @@ from rosproto.bag.inputs import (
 )
 from rosproto.bag.message_offsets import MESSAGE_HEAD
 from rosproto.bag.messages import RawMessage
-from rosproto.bag.output import LARGE, BagOutputFile, ChunkWriter
+from rosproto.bag.output import BagOutputFile, ChunkWriter
 from rosproto.bag.records import (
     MAGIC,
     NS,
@@ -45,7 +45,7 @@ from rosproto.bag.records import (
     encode_index,
 )
 from rosproto.bag.unindexed_scan import BagIndex
-from rosproto.codec import Message, encode_parts, encoder
+from rosproto.codec import Message, encoder
 from rosproto.errors import BagError
 from rosproto.time import Time
 
@@ -61,17 +61,15 @@ class _OutgoingConnection:
         encode: Serializes a message.
         head: The bytes of every message record up to the time; empty until the first message.
         index: secs, nsecs and offset of each message in the chunk being filled.
-        last_size: Bytes of the latest message.
     """
 
-    __slots__ = ("connection", "encode", "head", "index", "last_size")
+    __slots__ = ("connection", "encode", "head", "index")
 
     def __init__(self, connection: Connection, encode: Callable[[Any], bytes]) -> None:
         self.connection = connection
         self.encode = encode
         self.head = b""
         self.index: list[int] = []
-        self.last_size = 0
 
 
 class BagWriter:
@@ -110,7 +108,7 @@ class BagWriter:
         self._by_identity: dict[tuple[object, ...], _OutgoingConnection] = {}
         self._kept: list[Connection] = []
         self._written: list[_OutgoingConnection] = []
-        self._parts: list[bytes | memoryview] = []
+        self._parts: list[bytes] = []
         self._size = 0
         self._index = BagIndex()
         self._failed: BagError | None = None
@@ -183,9 +181,6 @@ class BagWriter:
                 out = self._outs.get((topic, message.__class__))
             if out is None or header is not None:
                 out, message = self._find_out(topic, message, header)
-            if out.last_size >= LARGE:
-                self._add_large(out, message, secs, nsecs)
-                return
             data = out.encode(message)
             size = len(data)
             try:
@@ -197,7 +192,6 @@ class BagWriter:
             offset = self._size
             out.index += (secs, nsecs, offset)
             self._parts += (out.head, tail, data)
-            out.last_size = size
             self.message_count += 1
             self._size = offset = offset + MESSAGE_HEAD + size
             if offset >= self._limit:
@@ -261,30 +255,6 @@ class BagWriter:
                 self._finish()
             finally:
                 self._output.close()
-
-    def _add_large(
-        self, out: _OutgoingConnection, message: Message | RawMessage, secs: int, nsecs: int
-    ) -> None:
-        """Add a message without copying its arrays, if its chunk is written before this returns."""
-        if isinstance(message, RawMessage):
-            parts: list[bytes | memoryview] = [message.data]
-        else:
-            parts = encode_parts(message)
-        size = sum([len(part) for part in parts])
-        try:
-            tail = _pack_tail(secs, nsecs, size)
-        except error:
-            raise out_of_range(Time.from_wire(secs, nsecs)) from None
-        if not out.head:
-            self._announce(out)
-        full = self._size + MESSAGE_HEAD + size >= self._limit
-        out.index += (secs, nsecs, self._size)
-        self._parts += (out.head, tail, *(parts if full else [b"".join(parts)]))
-        out.last_size = size
-        self.message_count += 1
-        self._size += MESSAGE_HEAD + size
-        if full:
-            self._flush()
 
     # -- connections -------------------------------------------------------------------------
 

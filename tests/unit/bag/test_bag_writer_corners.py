@@ -74,18 +74,6 @@ def test_one_connection_for_a_class_and_raw_messages_of_the_same_facts():
         assert sorted({m.data[:4] for _, m, _ in bag.read_messages()}) == ["bigb", "made", "raw"]
 
 
-def test_a_first_message_after_a_large_one_under_other_facts():
-    """The large way announces connections, too: the size of the last message is kept by connection."""
-    connection = Connection(5, "/said", "std_msgs/String", String._md5sum, String._full_text)
-    file = io.BytesIO()
-    writer = BagWriter(file)
-    out = writer._out(connection, encode)
-    out.last_size = 1 << 20  # as left by the same connection reached through another class
-    writer._add_large(out, String(data="x"), 1, 0)
-    writer.close()
-    assert texts(BagReader(file)) == ["x"]
-
-
 def test_a_connection_first_announced_by_somebody_else():
     """Its first message could not be encoded; meanwhile a copied message announced the same connection."""
     connection = Connection(5, "/said", "std_msgs/String", String._md5sum, String._full_text)
