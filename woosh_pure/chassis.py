@@ -20,6 +20,7 @@ from rosproto.watchdog import Watchdog
 from woosh_pure import interface
 from woosh_pure.components import Components
 from woosh_pure.connection.arguments import LONGEST, master_uri_of, require_timeout
+from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.errors import MotionRefused
 from woosh_pure.lease import ChassisLease
@@ -105,16 +106,22 @@ class Chassis(Readings, MotionVerbs, Peripherals):
                 say("timeout={timeout}: expected more than 0 s, and not for ever", timeout=timeout)
             )
         timeout = min(timeout, LONGEST)
-        self._components = Components(
-            self.master_uri,
-            name=name,
-            host=host,
-            timeout=timeout,
-            leave_running=leave_running,
-            msg_path=[*msg_path, *(learned_paths() if learned else ())],
-            resolve=HostNames(resolve).given,
-            watchdog=watchdog,
-        )
+        folders = [*msg_path, *(learned_paths() if learned else ())]
+        names = HostNames(resolve).given
+
+        def new_node() -> rosproto.Node:
+            return rosproto.Node(
+                name,
+                master_uri=self.master_uri,
+                host=host,
+                anonymous=True,
+                timeout=timeout,
+                msg_path=folders,
+                resolve=names,
+            )
+
+        connection = Connection(self.master_uri, new_node, timeout=timeout, msg_path=folders)
+        self._components = Components(connection, leave_running=leave_running, watchdog=watchdog)
 
     def __enter__(self) -> Chassis:
         self._components.connection.open_node()  # an unreachable master raises here

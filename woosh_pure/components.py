@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import threading
-from collections.abc import Mapping, Sequence
 from functools import partial
 
 from rosproto.logs import get_logger
@@ -35,26 +33,10 @@ class Components:
     """
 
     def __init__(
-        self,
-        master_uri: str,
-        *,
-        name: str,
-        host: str | None,
-        timeout: float,
-        leave_running: bool = False,
-        msg_path: Sequence[str | os.PathLike[str]] = (),
-        resolve: Mapping[str, str] | None = None,
-        watchdog: bool | Watchdog = False,
+        self, connection: Connection, *, leave_running: bool = False, watchdog: bool | Watchdog = False
     ) -> None:
-        self.connection = Connection(
-            master_uri,
-            name=name,
-            host=host,
-            timeout=timeout,
-            msg_path=msg_path,
-            resolve=resolve,
-            before_close=self._before_close,
-        )
+        self.connection = connection
+        connection.before_close = self._before_close
         self.in_block = False
         self.clients = Clients(self.connection)
         self.feeds = Feeds(self.connection)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,42 +24,32 @@ class Connection:
 
     Args:
         master_uri: Its master.
-        name: Prefix of our node's name.
-        host: Our own address; None finds it.
+        new_node: Makes a node there. Its name is unique: the master shuts down the older of two namesakes.
         timeout: Default time limit for connecting and for services, s.
         msg_path: Folders with further definitions.
-        resolve: Host name -> address.
-        before_close: Called with the reason before the node closes, while it still works.
 
     Attributes:
+        before_close: Called with the reason before the node closes, while it still works.
         making: Lock, held while something is made that lives until `close`. That may take long.
     """
 
     def __init__(
         self,
         master_uri: str,
+        new_node: Callable[[], rosproto.Node],
         *,
-        name: str,
-        host: str | None,
         timeout: float,
         msg_path: Sequence[str | os.PathLike[str]] = (),
-        resolve: Mapping[str, str] | None = None,
-        before_close: Callable[[str], None],
     ) -> None:
-        self.master_uri = master_uri
-        self.timeout = timeout
-        self.name, self._host = name, host
+        self.master_uri, self.new_node, self.timeout = master_uri, new_node, timeout
         self._msg_path = msg_path
-        self._resolve = resolve
-        self._before_close = before_close
+        self.before_close: Callable[[str], object] = lambda reason: None
         self.making = threading.RLock()
         self._node: rosproto.Node | None = None
         self._closed = False
 
     def open_node(self) -> rosproto.Node:
         """Our node, connected with the first call.
-
-        Its name is unique: the master shuts down the older of two nodes with one name.
 
         Raises:
             ConnectionLost: This Chassis is closed, or the master cannot be reached.
@@ -74,21 +64,9 @@ class Connection:
                 if self._closed:  # meanwhile
                     node.close()
                     self.require_open()
-                node.before_close(self._before_close)
+                node.before_close(self.before_close)
                 self._node = node
             return self._node
-
-    def new_node(self) -> rosproto.Node:
-        """Make a node with a unique name."""
-        return rosproto.Node(
-            self.name,
-            master_uri=self.master_uri,
-            host=self._host,
-            anonymous=True,
-            timeout=self.timeout,
-            msg_path=self._msg_path,
-            resolve=self._resolve,
-        )
 
     @property
     def watched_node(self) -> WatchedNode:
