@@ -15,6 +15,7 @@ from woosh_pure.components import Components
 from woosh_pure.faults import Faults, StatusCode
 from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.values.messages import pose_of
 from woosh_pure.values.state import LaserScan
 
 if TYPE_CHECKING:
@@ -173,8 +174,6 @@ class Readings:
 
 def known_path(chassis: Readings) -> list[Pose2D]:
     """The path being driven, as the navigation published it last; empty when none was received."""
-    from woosh_pure.values.messages import pose_of
-
     message = chassis.feed("plan").latest
     if message is None:
         return []

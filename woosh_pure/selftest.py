@@ -8,8 +8,11 @@ import time
 from rosproto.selftest import CHECKS as ROS_CHECKS
 from rosproto.selftest import Check, CheckFailed
 from rosproto.sentence import say
+from woosh_pure import interface
 from woosh_pure.chassis import Chassis
+from woosh_pure.faults import all_codes
 from woosh_pure.sim import SimulatedChassis
+from woosh_pure.values.messages import message_type
 from woosh_pure.velocity.drive import Drive
 
 __all__ = ["CHECKS", "check_drive", "check_table"]
@@ -20,10 +23,6 @@ _PATIENCE = 15.0  # seconds for each part of the drive; on a quiet machine the l
 
 def check_table() -> str:
     """The rows of the chassis's interface have definitions, and the status codes have words."""
-    from woosh_pure import interface
-    from woosh_pure.faults import all_codes
-    from woosh_pure.values.messages import message_type
-
     rows = [row for row in interface.topics() if row.definition_known]
     for row in rows:
         message_type(row.type)()

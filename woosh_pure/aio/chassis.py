@@ -225,8 +225,6 @@ class Chassis(Readings):
         return AwaitableProperty(self._node)
 
     async def _node(self) -> ros.Node:
-        from rosproto import aio as ros
-
         return ros.view(await self._calls.call(lambda: self.chassis.node))
 
     @property

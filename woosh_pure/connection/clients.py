@@ -19,6 +19,7 @@ from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.firmware_limits import limit_error, require_message
 from woosh_pure.enums import TaskCommand
+from woosh_pure.firmware.survey import survey
 from woosh_pure.interface import row
 from woosh_pure.values.messages import message_type, service_type
 
@@ -122,8 +123,6 @@ class Clients:
         Raises:
             ConnectionLost, RosTimeout, MasterError: The master did not answer.
         """
-        from woosh_pure.firmware.survey import survey
-
         answers = survey(self._connection.open_node(), timeout=self._connection.timeout, kinds=("service",))
         return [answer.name for answer in answers if answer.type == type_name]
 

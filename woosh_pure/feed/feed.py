@@ -21,6 +21,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.arguments import require_timeout
+from woosh_pure.feed.type_adapter import TypeAdapter
 from woosh_pure.interface.schema import Row
 from woosh_pure.values.convert import stamp_of, to_value
 from woosh_pure.values.messages import message_type
@@ -156,8 +157,6 @@ class Feed(Newest[T]):
         try:
             return node.subscriber(name, ours, callback=self._receive, queue_size=size)
         except LocalProtocolError:  # the program has opened it with a definition of its own
-            from woosh_pure.feed.type_adapter import TypeAdapter
-
             reading = TypeAdapter(ours, node, self._receive)
             return node.subscriber(name, None, callback=reading, queue_size=size, raw=True)
 

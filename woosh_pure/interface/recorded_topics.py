@@ -31,8 +31,6 @@ def selection_of(
         all: Everything there is, also what is not the chassis's.
         exclude: Regular expressions for whole names; pose and battery stay.
     """
-    from rosproto.recording import TopicSelection
-
     named = [name for feed in ALWAYS for name in (find(feed).name, *find(feed).aliases)]
     known = [name for row in rows() if camera or row.type not in HEAVY for name in (row.name, *row.aliases)]
     patterns = [re.escape(name) for name in (*known, *BEYOND_TABLE)]

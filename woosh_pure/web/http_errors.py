@@ -16,6 +16,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import Sentence, say, sentence_of, shown
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
+from woosh_pure.language.table import translator_for
 from woosh_pure.web.snapshot import reasons_part, said_part
 
 MEDIA_TYPE = "application/problem+json"
@@ -119,8 +120,6 @@ def _said(text: str, language: str) -> str:
     text = shown(text)
     if language == "en":
         return text
-    from woosh_pure.language.table import translator_for
-
     return translator_for(language).say(text)
 
 

@@ -16,6 +16,7 @@ from rosproto.logs import get_logger
 from rosproto.recording import Recorder
 from rosproto.sentence import say
 from woosh_pure.chassis import Chassis
+from woosh_pure.interface.recorded_topics import selection_of
 from woosh_pure.web.http_errors import Problem
 
 MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
@@ -104,9 +105,6 @@ class RecordingManager:
         Raises:
             Problem: A recording runs already, or the bag cannot be written.
         """
-        from rosproto.recording import Recorder
-        from woosh_pure.interface.recorded_topics import selection_of
-
         with self._lock:
             for one in self._all.values():
                 if one.running:

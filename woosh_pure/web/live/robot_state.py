@@ -6,19 +6,25 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from woosh_pure.geometry import Pose2D
-from woosh_pure.readings import known_path
+from woosh_pure.readings import in_base, known_path
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.values.state import LaserScan
 from woosh_pure.web.robot import Robot
-from woosh_pure.web.snapshot import faults_part, points_part, readiness_part, state_parts
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+from woosh_pure.web.snapshot import (
+    ages,
+    faults_part,
+    lease_part,
+    points_part,
+    pose_part,
+    readiness_part,
+    state_parts,
+)
 
 LASER_FEEDS = ("scan", "plan", "tf_static")
 ASSUMED_RADIUS = 0.3
@@ -39,8 +45,6 @@ def slow_parts(robot: Robot) -> dict[str, Any]:
 
 def snapshot(robot: Robot) -> dict[str, Any]:
     """The whole state at once. Blocks the first time."""
-    from woosh_pure.web.snapshot import ages, lease_part, pose_part
-
     robot.listen()
     readings = robot.readings()
     pose = readings["pose"]
@@ -101,10 +105,6 @@ class Mounting(NamedTuple):
 
 def laser_mounting(robot: Robot, scan: LaserScan) -> Mounting:
     """Return the mounting from the static transforms; without one, the robot's centre. Sends no request."""
-    import numpy as np
-
-    from woosh_pure.readings import in_base
-
     corners: NDArray[np.float64] = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     origin, ahead, left = in_base(robot.chassis, corners, scan.frame)[:, :2]
     x, y = ahead - origin, left - origin

@@ -10,7 +10,6 @@ import pytest
 
 pytest.importorskip("fastapi", reason="fastapi is not installed")
 
-import rosproto.recording
 from woosh_pure.web import recordings
 from woosh_pure.web.recordings import RecordingManager
 
@@ -28,7 +27,7 @@ def test_an_old_bag_that_cannot_be_deleted_is_deleted_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Windows deletes no file that a client is downloading. The new recording begins all the same."""
-    monkeypatch.setattr(rosproto.recording, "Recorder", FinishedRecorder)
+    monkeypatch.setattr(recordings, "Recorder", FinishedRecorder)
     monkeypatch.setattr(recordings, "MOST_KEPT", 1)
     chassis: Any = SimpleNamespace(node=None)
     manager = RecordingManager(chassis, tmp_path)
