@@ -224,7 +224,9 @@ class Notifier:
             while True:
                 with self._lock:
                     if self._closed or not queue.pending:
-                        self._forget(queue)
+                        self._queues.pop(queue.uri, None)
+                        if not self._queues:
+                            self._quiet.notify_all()
                         return
                     _, note = queue.pending.pop(next(iter(queue.pending)))
                     begun = next(self._order)
@@ -282,8 +284,3 @@ class Notifier:
         self._suspects[uri] = None
         if len(self._suspects) > MOST_SLOW_NODES:
             del self._suspects[next(iter(self._suspects))]
-
-    def _forget(self, queue: _Queue) -> None:
-        self._queues.pop(queue.uri, None)
-        if not self._queues:
-            self._quiet.notify_all()

@@ -295,14 +295,11 @@ class Registry:
         del node.held[kind, key]
         if not node.held:
             del self._nodes[name]
-            self._leave(node)
+            endpoint = _endpoint(node.uri)
+            del self._at[endpoint][name]
+            if not self._at[endpoint]:
+                del self._at[endpoint]
         return True
-
-    def _leave(self, node: _Node) -> None:
-        endpoint = _endpoint(node.uri)
-        del self._at[endpoint][node.name]
-        if not self._at[endpoint]:
-            del self._at[endpoint]
 
     def _publisher_updates(self, topics: Iterable[str]) -> list[Notification]:
         notes: list[Notification] = []

@@ -93,10 +93,6 @@ class ParameterCache:
         self._values: dict[str, Any] = {}
         self._early: dict[str, list[tuple[str, Any]]] = {}  # updates that came before the answer
 
-    def __contains__(self, key: str) -> bool:
-        with self._lock:
-            return key in self._values
-
     def keys(self) -> list[str]:
         """The subscribed keys."""
         with self._lock:

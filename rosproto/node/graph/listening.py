@@ -42,7 +42,6 @@ class TcprosServer(TcpServer):
     Attributes:
         on_topic: Called with (socket, header fields, peer) for a subscriber. It owns the socket from then on.
         on_service: The same for a service client; it returns when the connection ends.
-        refused: Number of connections refused so far.
     """
 
     def __init__(
@@ -57,7 +56,6 @@ class TcprosServer(TcpServer):
     ) -> None:
         self.on_topic = on_topic
         self.on_service: OnConnection | None = None
-        self.refused = 0
         self._said = PeerLog("rosproto.node")
         super().__init__(host, port, self._greet, limits=limits, allow=allow, name=name)
 
@@ -86,7 +84,6 @@ class TcprosServer(TcpServer):
             self._refuse(sock, peer, "the connection header names neither a topic nor a service of this node")
 
     def _refuse(self, sock: socket.socket, peer: tuple[str, int], why: str) -> None:
-        self.refused += 1
         self._said.warning(peer[0], "connection from %s:%s refused: %s", *peer[:2], why[:500])
         refuse(sock, why)
 

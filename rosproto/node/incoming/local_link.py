@@ -134,33 +134,27 @@ class LocalLink(PublisherLink):
         nodes = self._context.local_nodes
         self.transport = "INTRAPROCESS" if nodes is None else nodes.told_as
         self._pipe: _LocalPipe | None = None
-        self._bytes = 0
-        self._messages = 0
 
     def _open(self) -> None:
         publication = self._find_publication()
         self._step(LinkEvent.ADDRESS)
-        wanted = self.subscription.type
+        header = publication.header()
+        wanted, offered = self.subscription.type, publication.type
+        if wanted.name == offered.name and not wanted.is_wildcard:
+            wanted = offered  # perhaps another revision: request the publisher's, and convert its values
         request = subscriber_header(
             topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, callerid=self._context.name
         )
-        header = publication.header()
-        offered = publication.type
-        if wanted.is_wildcard or wanted.name != offered.name or wanted.md5sum == offered.md5sum:
-            check_subscriber_header(
-                request,
-                topic=self.topic,
-                type_name=offered.name,
-                md5sum=offered.md5sum,
-                peer=self._context.uri,
-            )
-            reply = check_publisher_header(
-                header, topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, peer=self.uri
-            )
-        else:  # two revisions of one type: request the publisher's, and convert its values
-            reply = check_publisher_header(
-                header, topic=self.topic, type_name=offered.name, md5sum=offered.md5sum, peer=self.uri
-            )
+        check_subscriber_header(
+            request,
+            topic=self.topic,
+            type_name=offered.name,
+            md5sum=offered.md5sum,
+            peer=self._context.uri,
+        )
+        reply = check_publisher_header(
+            header, topic=self.topic, type_name=wanted.name, md5sum=wanted.md5sum, peer=self.uri
+        )
         self._revised = self.subscription.learn(reply, self.uri)
         self.header = header
         self.caller_id = reply.callerid
@@ -210,6 +204,3 @@ class LocalLink(PublisherLink):
         if pipe is not None:
             pipe.close()
         super()._end_session()
-
-    def _counters(self) -> tuple[int, int]:
-        return self._bytes, self._messages

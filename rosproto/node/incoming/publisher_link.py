@@ -125,8 +125,8 @@ class PublisherLink:
         self._logged: type | None = None  # kind of the last failure that was logged
         self._revised: RevisedType | None = None
         self.last_error: Exception | None = None
-        self._past_bytes = 0
-        self._past_messages = 0
+        self._bytes = 0
+        self._messages = 0
         self._thread = threading.Thread(target=self._run, name=f"rosproto:{self.topic} < {uri}", daemon=True)
 
     def start(self) -> None:
@@ -303,12 +303,12 @@ class PublisherLink:
         raise NotImplementedError
 
     def _counters(self) -> tuple[int, int]:
-        """(bytes, messages) of the present session."""
-        raise NotImplementedError
+        """(bytes, messages) of all sessions."""
+        return self._bytes, self._messages
 
     def stats(self) -> LinkStats:
         """Counters over all sessions."""
-        now_bytes, now_messages = self._counters()
+        count, messages = self._counters()
         return LinkStats(
             topic=self.topic,
             direction="in",
@@ -316,8 +316,8 @@ class PublisherLink:
             address=self.address,
             transport=self.transport,
             connected=self.connected,
-            bytes=self._past_bytes + now_bytes,
-            messages=self._past_messages + now_messages,
+            bytes=count,
+            messages=messages,
             reconnects=max(0, self._sessions - 1),
             state=self.state.value,
             last_error=str(self.last_error or ""),

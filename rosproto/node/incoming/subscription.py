@@ -253,7 +253,16 @@ class Subscription:
             if known.is_wildcard and all(queue.raw for queue in self._queues):
                 return None
         if reply.md5sum == ANY and known.is_wildcard:
-            raise self._untold_type(reply, peer)
+            raise Md5sumMismatch(
+                f"{self.name}: {peer} publishes AnyMsg and does not tell of which type; subscribe with AnyMsg"
+                " (raw=True) for the bytes",
+                name=self.name,
+                peer=peer,
+                type_name=ANY,
+                md5sum=ANY,
+                remote_type=reply.type_name,
+                remote_md5sum=reply.md5sum,
+            )
         if not known.is_wildcard:
             return None if known.md5sum == reply.md5sum else self._revise(reply, peer, known)
         learned = learn_type(
@@ -267,29 +276,7 @@ class Subscription:
         return None if known.md5sum == learned.md5sum else self._revise(reply, peer, known)
 
     def _revise(self, reply: PublisherReply, peer: str, known: TopicType) -> RevisedType:
-        mismatch = self._mixed_types(reply, peer, known)
-        if reply.type_name != known.name:
-            raise mismatch
-        revised = revised_type(
-            self.context.revisions, known, reply.md5sum, reply.message_definition, mismatch
-        )
-        note_differences(self.context.peer_log, self.name, reply.callerid or peer, revised.conversion)
-        return revised
-
-    def _untold_type(self, reply: PublisherReply, peer: str) -> Md5sumMismatch:
-        return Md5sumMismatch(
-            f"{self.name}: {peer} publishes AnyMsg and does not tell of which type; subscribe with AnyMsg"
-            " (raw=True) for the bytes",
-            name=self.name,
-            peer=peer,
-            type_name=ANY,
-            md5sum=ANY,
-            remote_type=reply.type_name,
-            remote_md5sum=reply.md5sum,
-        )
-
-    def _mixed_types(self, reply: PublisherReply, peer: str, known: TopicType) -> Md5sumMismatch:
-        return Md5sumMismatch(
+        mismatch = Md5sumMismatch(
             f"{self.name}: {peer} offers {reply.type_name} with md5sum {reply.md5sum}, but this subscription"
             f" decodes {known.name} with md5sum {known.md5sum}",
             name=self.name,
@@ -300,6 +287,13 @@ class Subscription:
             remote_md5sum=reply.md5sum,
             message_definition=reply.message_definition,
         )
+        if reply.type_name != known.name:
+            raise mismatch
+        revised = revised_type(
+            self.context.revisions, known, reply.md5sum, reply.message_definition, mismatch
+        )
+        note_differences(self.context.peer_log, self.name, reply.callerid or peer, revised.conversion)
+        return revised
 
     def hand_out(
         self,

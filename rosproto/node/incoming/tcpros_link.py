@@ -185,14 +185,13 @@ class FrameReader:
 
     def _arrived(self, count: int) -> None:
         if not count:
-            raise self._ended(self._frames.buffered)
+            left = self._frames.buffered
+            inside = f" inside a message ({left} bytes of it arrived)" if left else ""
+            text = f"the publisher at {self._peer} closed the connection{inside}"
+            raise ConnectionLost(text, peer=self._peer)
         self.bytes += count
         self._came = count
         self._frames.received(count)
-
-    def _ended(self, left: int) -> ConnectionLost:
-        inside = f" inside a message ({left} bytes of it arrived)" if left else ""
-        return ConnectionLost(f"the publisher at {self._peer} closed the connection{inside}", peer=self._peer)
 
 
 # For requestTopic and connecting together: enough for slow networks. A new try is faster than a longer wait,
@@ -327,8 +326,8 @@ class TcprosLink(PublisherLink):
             sock.close()
         reader, self._reader = self._reader, None
         if reader is not None:
-            self._past_bytes += reader.bytes
-            self._past_messages += reader.messages
+            self._bytes += reader.bytes
+            self._messages += reader.messages
             self.subscription.skipped += reader.skipped
         super()._end_session()
 
@@ -339,4 +338,6 @@ class TcprosLink(PublisherLink):
 
     def _counters(self) -> tuple[int, int]:
         reader = self._reader
-        return (reader.bytes, reader.messages) if reader is not None else (0, 0)
+        if reader is None:
+            return super()._counters()
+        return self._bytes + reader.bytes, self._messages + reader.messages

@@ -38,8 +38,6 @@ class UdprosLink(TcprosLink):
     def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._datagrams: Reassembly | None = None
-        self._bytes = 0
-        self._messages = 0
         self._past_lost = 0
         self._broken_off = False
 
@@ -182,10 +180,6 @@ class UdprosLink(TcprosLink):
         if datagrams is not None:
             self._past_lost += datagrams.lost
         super()._end_session()
-
-    def _counters(self) -> tuple[int, int]:
-        count, messages = super()._counters()
-        return count + self._bytes, messages + self._messages
 
     def stats(self) -> LinkStats:
         """Counters over all sessions; `dropped` counts lost messages."""

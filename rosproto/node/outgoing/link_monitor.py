@@ -215,7 +215,8 @@ class LinkMonitor:
         while not self._closing:
             while self._requests:
                 self._requests.popleft()()
-            ready = self._selector.select(TICK if self._ticking else self._sleep())
+            sleep = LOOK if len(self._selector.get_map()) > 1 else LONGEST_SLEEP  # without links: no check
+            ready = self._selector.select(TICK if self._ticking else sleep)
             for key, events in ready:
                 self._serve(key.data, events)
             idle = 0 if self._flush_due() else idle + 1
@@ -246,10 +247,6 @@ class LinkMonitor:
         for _ in range(count):
             self._due.popleft().flush()
         return bool(count)
-
-    def _sleep(self) -> float:
-        """Seconds until the next check; without links there is nothing to check."""
-        return LOOK if len(self._selector.get_map()) > 1 else LONGEST_SLEEP
 
     def _look(self) -> None:
         now, before = time.monotonic(), self._looked

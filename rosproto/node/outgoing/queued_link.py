@@ -113,9 +113,6 @@ class FrameQueue:
     def __len__(self) -> int:
         return len(self._frames) + bool(self._begun)
 
-    def __bool__(self) -> bool:
-        return bool(self._frames) or bool(self._begun)
-
 
 OnClosed = Callable[[Any, "ConnectionLost | None"], None]
 

@@ -38,11 +38,10 @@ class ServiceLink:
     Attributes:
         header: The provider's connection header.
         peer: "host:port".
-        calls: Answers received.
         revision: The provider's revision of the service type; None when it has ours.
     """
 
-    __slots__ = ("_answers", "_limit", "_poll", "_service", "_sock", "calls", "header", "peer", "revision")
+    __slots__ = ("_answers", "_limit", "_poll", "_service", "_sock", "header", "peer", "revision")
 
     def __init__(
         self, sock: socket.socket, header: dict[str, str], *, service: str, peer: str, limits: Limits
@@ -54,7 +53,6 @@ class ServiceLink:
         self._limit: float | None = 0.0  # seconds; socket timeout, None waits for ever
         self.header = header
         self.peer = peer
-        self.calls = 0
         self.revision: ServiceRevision | None = None
 
     @classmethod
@@ -132,7 +130,6 @@ class ServiceLink:
                 raise
             late = isinstance(error, (BlockingIOError, TimeoutError))
             raise (self._late() if late else self._lost(error)) from error
-        self.calls += 1
         if not ok:
             raise ServiceError(self._service, body.decode("utf-8", "backslashreplace"))
         return body

@@ -71,7 +71,6 @@ def test_a_request_of_any_size_comes_back(pair, size):
     link, body = link_on(pair[0]), bytes(size)
     for _ in range(3):
         assert link.call(body, Deadline(10)) == body
-    assert link.calls == 3
     assert link.usable
 
 
