@@ -21,7 +21,7 @@ from rosproto.watchdog import LastMessage, Watchdog, watched_node_of
 
 _log = get_logger("rosproto.gateway")
 
-LINGER = 2.0  # seconds; the zeros take half of one
+LINGER = 2.0  # seconds from the close of a publication to that of its publisher; zeros take half of one
 EARLY_SECONDS = 1.0
 EARLY_MESSAGES = 100
 EARLY_BYTES = 4 << 20
@@ -114,7 +114,6 @@ class ClientPublications:
     Args:
         node: The node that publishes.
         velocity_watchdog: Watches velocities.
-        linger: Seconds that a publisher stays open after its publication was closed.
         watchdog: Process that sends zero where a client drives if this process dies; None for none.
     """
 
@@ -123,7 +122,6 @@ class ClientPublications:
         node: Node,
         velocity_watchdog: VelocityWatchdog,
         *,
-        linger: float = LINGER,
         watchdog: Watchdog | None = None,
     ) -> None:
         self.velocity_watchdog = velocity_watchdog
@@ -131,7 +129,6 @@ class ClientPublications:
         self._watching = threading.Lock()
         self._watched: set[str] = set()
         self._node = node
-        self._linger = linger
         self._lock = threading.Lock()
         self._leaving: dict[Publisher, threading.Timer] = {}
         self._open: set[Publisher] = set()
@@ -197,7 +194,7 @@ class ClientPublications:
         with self._lock:
             if self._closed or publisher not in self._open:
                 return
-            timer = threading.Timer(self._linger, self._leave, (publisher,))
+            timer = threading.Timer(LINGER, self._leave, (publisher,))
             timer.daemon = True
             timer.name = f"rosproto:leave {publication.topic}"
             self._leaving[publisher] = timer

@@ -32,7 +32,7 @@ from dataclasses import dataclass
 from rosproto.errors import LocalProtocolError
 from rosproto.protocol.goal_status import GoalStatus, read_table
 
-KEEP_SECONDS = 5.0
+KEEP_SECONDS = 5.0  # for a terminal entry, or an early cancel
 MOST_EARLY_CANCELS = 1000
 MOST_ENDED = 1000  # ended goals still reported; with more, the oldest are dropped earlier
 CANCELED_BY_TIME = "canceled: the goal is not newer than the latest cancel request"
@@ -98,13 +98,9 @@ class GoalList:
     """All goals that a server reports.
 
     `now` is any monotonic clock in seconds, passed by the caller; the caller also does the locking.
-
-    Args:
-        keep_seconds: How long a terminal entry (or an early cancel) stays.
     """
 
-    def __init__(self, keep_seconds: float = KEEP_SECONDS) -> None:
-        self._keep = keep_seconds
+    def __init__(self) -> None:
         self._records: dict[str, GoalRecord] = {}
         self._last_cancel = 0
 
@@ -124,7 +120,7 @@ class GoalList:
         known = self._records.get(goal_id)
         if known is not None and not known.early_cancel:
             if known.expires is not None:
-                known.expires = now + self._keep
+                known.expires = now + KEEP_SECONDS
             return known, False
         record = known or GoalRecord(goal_id, stamp)
         record.stamp = stamp
@@ -184,7 +180,7 @@ class GoalList:
             return False
         record.status = after
         if after.is_terminal:
-            record.expires = now + self._keep
+            record.expires = now + KEEP_SECONDS
         return True
 
     def _remember_early_cancel(self, goal_id: str, stamp: int, now: float) -> None:
@@ -193,5 +189,5 @@ class GoalList:
         if len(early) >= MOST_EARLY_CANCELS:
             del self._records[early[0].goal_id]
         self._records[goal_id] = GoalRecord(
-            goal_id, stamp, GoalStatus.RECALLING, early_cancel=True, expires=now + self._keep
+            goal_id, stamp, GoalStatus.RECALLING, early_cancel=True, expires=now + KEEP_SECONDS
         )

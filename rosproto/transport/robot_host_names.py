@@ -133,28 +133,22 @@ class HostNames:
             )
 
 
-def hosts_file(platform: str | None = None) -> str:
-    """Path of the system's hosts file."""
-    if (platform or sys.platform) == "win32":
-        return r"C:\Windows\System32\drivers\etc\hosts"
-    return "/etc/hosts"
-
-
-def hosts_advice(name: str, address: str | None, *, sure: bool = True, platform: str = sys.platform) -> str:
+def hosts_advice(name: str, address: str | None, *, sure: bool = True) -> str:
     """Advice for a name that does not resolve: the line for the hosts file, and the alternatives.
 
     Args:
         name: The host name.
         address: Its address; None if unknown.
         sure: False if the address is only assumed to be the master's, and does not answer.
-        platform: As `sys.platform`; None for this one.
     """
     shown = address or "ADDRESS"
-    if (platform or sys.platform) == "win32":
+    file = "/etc/hosts"
+    if sys.platform == "win32":
+        file = r"C:\Windows\System32\drivers\etc\hosts"
         add = 'for all programs: add the line "{address} {name}" to {file} (as administrator)'
     else:
         add = 'for all programs: add the line "{address} {name}" to {file} (with sudo)'
-    line = say(add, name=name, address=shown, file=hosts_file(platform))
+    line = say(add, name=name, address=shown, file=file)
     if not sure:
         line = say(
             "{text}, with its own address in place of {address} if {name} is another computer than the "

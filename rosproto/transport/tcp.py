@@ -42,11 +42,12 @@ _WINDOWS_PROBES = 10  # fixed on Windows
 _GIVE_UP = {"win32": 5, "darwin": 0x80}
 
 
-def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
-    """Return a listening socket on exactly this address; port 0 takes a free one (ask `getsockname`).
+_BACKLOG = 1024
+"""Systems cut it to what they allow. A client that finds it full is not refused but waits a whole second."""
 
-    The backlog is long (systems cut it to what they allow): a client that finds it full is not refused but
-    waits a whole second for TCP to try again.
+
+def listen(host: str, port: int = 0) -> socket.socket:
+    """Return a listening socket on exactly this address; port 0 takes a free one (ask `getsockname`).
 
     "0.0.0.0" and "::" listen on every interface: only when the caller asks for that.
 
@@ -64,7 +65,7 @@ def listen(host: str, port: int = 0, backlog: int = 1024) -> socket.socket:
     try:
         reuse_address(sock)
         sock.bind((address, port))
-        sock.listen(backlog)
+        sock.listen(_BACKLOG)
     except (OSError, OverflowError) as error:
         sock.close()
         if isinstance(error, OverflowError):

@@ -44,14 +44,10 @@ class Assets:
 
     Args:
         folders: Searched in this order; a folder may itself be a package.
-        most_bytes: Size of the largest file that is served.
     """
 
-    def __init__(
-        self, folders: Iterable[str | os.PathLike[str]] = (), *, most_bytes: int = MOST_BYTES
-    ) -> None:
+    def __init__(self, folders: Iterable[str | os.PathLike[str]] = ()) -> None:
         self.folders = tuple(Path(folder) for folder in folders)
-        self._most = most_bytes
 
     def __bool__(self) -> bool:
         return bool(self.folders)
@@ -86,9 +82,9 @@ class Assets:
             if not real.is_relative_to(home) or not real.is_file():
                 return None
             with real.open("rb") as file:
-                data = file.read(self._most + 1)
+                data = file.read(MOST_BYTES + 1)
         except OSError:
             return None
-        if len(data) > self._most:
-            raise ValueError(f"{uri[:100]!r} is larger than {self._most} bytes")
+        if len(data) > MOST_BYTES:
+            raise ValueError(f"{uri[:100]!r} is larger than {MOST_BYTES} bytes")
         return data

@@ -79,11 +79,9 @@ class GraphWatch:
         changed: Callable[[GraphView], object],
         lost: Callable[[RosError], object],
         back: Callable[[bool], object],
-        period: float = PERIOD,
     ) -> None:
         self._node = node
         self._wanted, self._changed, self._lost, self._back = wanted, changed, lost, back
-        self._period = period
         self._wake = threading.Event()
         self._polled = threading.Condition()
         self._polls = 0
@@ -109,7 +107,7 @@ class GraphWatch:
 
     def _run(self) -> None:
         while not self._closed:
-            self._wake.wait(self._period)
+            self._wake.wait(PERIOD)
             self._wake.clear()
             if self._closed:
                 return

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import logging
 import socket
+import sys
 import threading
 
 import pytest
 
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.transport import Deadline, HostNames, XmlRpcClient, connect, parse_host_names, robot_host_names
-from rosproto.transport.robot_host_names import hosts_advice, hosts_file
+from rosproto.transport.robot_host_names import hosts_advice
 
 
 @pytest.fixture(autouse=True)
@@ -155,9 +156,14 @@ def test_what_is_no_name_and_address_is_refused(text: str) -> None:
         parse_host_names([text])
 
 
-def test_the_advice_has_the_line_and_the_file_of_this_system() -> None:
-    assert hosts_file("linux") == hosts_file("darwin") == "/etc/hosts"
-    said = hosts_advice("robot-xyz", "10.0.0.7", platform="win32")
+def test_the_advice_has_the_line_and_the_file_of_this_system(monkeypatch: pytest.MonkeyPatch) -> None:
+    for platform in ("linux", "darwin"):
+        monkeypatch.setattr(sys, "platform", platform)
+        assert 'the line "10.0.0.7 robot-xyz" to /etc/hosts (with sudo)' in hosts_advice(
+            "robot-xyz", "10.0.0.7"
+        )
+    monkeypatch.setattr(sys, "platform", "win32")
+    said = hosts_advice("robot-xyz", "10.0.0.7")
     assert (
         r'the line "10.0.0.7 robot-xyz" to C:\Windows\System32\drivers\etc\hosts (as administrator)' in said
     )

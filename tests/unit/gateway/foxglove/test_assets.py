@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from rosproto.gateway.foxglove import assets as assets_module
 from rosproto.gateway.foxglove.assets import Assets
 
 
@@ -54,9 +55,12 @@ def test_what_is_no_file_of_a_robot(folder: Path, uri: str) -> None:
 
 
 @pytest.mark.promise("Files are served from named folders only")
-def test_what_is_not_there_or_leads_out_or_is_too_large(folder: Path) -> None:
+def test_what_is_not_there_or_leads_out_or_is_too_large(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A link out of the package is no file of it."""
-    assets = Assets([folder], most_bytes=1000)
+    monkeypatch.setattr(assets_module, "MOST_BYTES", 1000)
+    assets = Assets([folder])
     with pytest.raises(FileNotFoundError):
         assets.fetch("package://my_robot/meshes/other.stl")
     with pytest.raises(ValueError, match="larger than 1000"):

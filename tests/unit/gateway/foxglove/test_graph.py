@@ -7,6 +7,7 @@ import queue
 import pytest
 
 from rosproto.errors import RosError
+from rosproto.gateway.foxglove import graph
 from rosproto.gateway.foxglove.graph import GraphView, GraphWatch, MasterRun
 from rosproto.master import Master
 from rosproto.node import Node
@@ -30,16 +31,15 @@ def test_another_run_of_the_master(before: MasterRun | None, now: MasterRun, ano
     assert now.is_another(before) is another
 
 
-def test_a_run_id_that_is_set_later_is_the_same_run() -> None:
+def test_a_run_id_that_is_set_later_is_the_same_run(monkeypatch: pytest.MonkeyPatch) -> None:
     """roscore sets /run_id a moment after its master answers; what was lost and came back is that run."""
+    monkeypatch.setattr(graph, "PERIOD", 0.05)
     views: queue.Queue[GraphView] = queue.Queue()
     lost: queue.Queue[RosError] = queue.Queue()
     back: queue.Queue[bool] = queue.Queue()
     with Master() as master, Node("/gateway", master_uri=master.uri, rosout=False) as node:
         node.params.delete("/run_id")
-        watch = GraphWatch(
-            node, wanted=lambda: True, changed=views.put, lost=lost.put, back=back.put, period=0.05
-        )
+        watch = GraphWatch(node, wanted=lambda: True, changed=views.put, lost=lost.put, back=back.put)
         try:
             first = views.get(timeout=10).master
             assert first is not None
