@@ -96,21 +96,13 @@ def configure_logging(logname, level=logging.INFO, filename=None, env=None):
     folder = env.get("ROS_LOG_DIR") or os.path.join(home, "log")
     path = os.path.join(folder, filename or "%s-%s.log" % (logname or "unknown", os.getpid()))
     os.environ["ROS_LOG_FILENAME"] = path
-    config = _config_file(env, home)
+    usual = [os.path.join(home, "config", "python_logging." + kind) for kind in ("conf", "yaml")]
+    config = env.get("ROS_PYTHON_LOG_CONFIG_FILE") or next(filter(os.path.isfile, usual), None)
     if config:
         _configure_from(config, logname, path)
     else:
         _configure_as_usual(path)
     return path
-
-
-def _config_file(env, home):
-    """Return ROS_PYTHON_LOG_CONFIG_FILE, else python_logging.conf or .yaml in the ROS home's config."""
-    given = env.get("ROS_PYTHON_LOG_CONFIG_FILE")
-    if given:
-        return given
-    paths = [os.path.join(home, "config", "python_logging." + kind) for kind in ("conf", "yaml")]
-    return next((path for path in paths if os.path.isfile(path)), None)
 
 
 def _configure_from(config, logname, path):
