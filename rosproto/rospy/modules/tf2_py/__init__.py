@@ -293,30 +293,18 @@ class BufferCore:
         return _time(stamp)
 
     def _validate(self, argument, frame):
-        if not frame:
-            raise InvalidArgumentException(
-                "Invalid argument passed to %s in tf2 frame_ids cannot be empty" % argument
-            )
-        if frame.startswith("/"):
-            raise InvalidArgumentException(
-                "Invalid argument \"%s\" passed to %s in tf2 frame_ids cannot start with a '/' like: "
-                % (frame, argument)
-            )
+        text = _oddity(argument, frame)
+        if text:
+            raise InvalidArgumentException(text)
         if frame not in self._tree.names:
             raise LookupException('"%s" passed to %s does not exist. ' % (frame, argument))
 
     @staticmethod
     def _is_odd(which, frame):
-        argument = "canTransform argument %s_frame" % which
-        if not frame:
-            text = "Invalid argument passed to %s in tf2 frame_ids cannot be empty"
-            _say("Warning:", text % argument, 126)
-        elif frame.startswith("/"):
-            text = "Invalid argument \"%s\" passed to %s in tf2 frame_ids cannot start with a '/' like: "
-            _say("Warning:", text % (frame, argument), 134)
-        else:
-            return False
-        return True
+        text = _oddity("canTransform argument %s_frame" % which, frame)
+        if text:
+            _say("Warning:", text, 134 if frame else 126)
+        return bool(text)
 
     def _missing(self, **frames):
         return " ".join(
@@ -435,6 +423,16 @@ def _problems(child, parent, translation, rotation, authority):
         'TF_DENORMALIZED_QUATERNION: Ignoring transform for child_frame_id "%s" from authority "%s" because'
         " of an invalid quaternion in the transform (%f %f %f %f)" % (child, authority, *rotation),
     )
+
+
+def _oddity(argument, frame):
+    """What is wrong with a frame's name; "" for nothing."""
+    if not frame:
+        return "Invalid argument passed to %s in tf2 frame_ids cannot be empty" % argument
+    if frame.startswith("/"):
+        text = "Invalid argument \"%s\" passed to %s in tf2 frame_ids cannot start with a '/' like: "
+        return text % (frame, argument)
+    return ""
 
 
 def _stripped(name):

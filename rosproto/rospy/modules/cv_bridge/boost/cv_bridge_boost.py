@@ -20,12 +20,7 @@ NUMPY = {
     "32F": "float32",
     "64F": "float64",
 }
-_DEPTH = {"u1": "8U", "u2": "16U"}
-_COLOURS = {
-    name: (_DEPTH[entry.kind], entry.channels, entry.colour)
-    for name, entry in ENCODINGS.items()
-    if name not in ("uyvy", "yuv422_yuy2", "yuyv")  # not known to the C++ part of cv_bridge either
-}
+_UNKNOWN = ("uyvy", "yuv422_yuy2", "yuyv")  # not known to the C++ part of cv_bridge either
 
 
 def layout(encoding):
@@ -34,8 +29,9 @@ def layout(encoding):
     Raises:
         RuntimeError: There is no such encoding.
     """
-    if encoding in _COLOURS:
-        return _COLOURS[encoding]
+    entry = ENCODINGS.get(encoding)
+    if entry is not None and encoding not in _UNKNOWN:
+        return {"u1": "8U", "u2": "16U"}[entry.kind], entry.channels, entry.colour
     depth, c, channels = encoding.partition("C")
     if depth in DEPTHS and c and (channels.isdigit() or not channels):
         return depth, int(channels or 1), None
