@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rosproto.sentence import say
+from rosproto.sentence import Sentence, say
 from woosh_pure.geometry import Pose2D, normalize_angle
 from woosh_pure.maps.gridmap import OCCUPIED, GridMap
 from woosh_pure.maps.marks import MarkFile
@@ -145,16 +145,13 @@ def site_of(
     if map_file is not None:
         grid = GridMap.load(map_file)
         site = Site(grid, {name: mark for name, mark in site.marks.items() if _is_free(grid, mark.pose)})
-    grid = site.grid
-    wide, high = grid.width * grid.resolution, grid.height * grid.resolution
-    extent = f"{wide:g} m by {high:g} m from its corner at x {grid.origin.x:g}, y {grid.origin.y:g}"
     for source, pose in given.values():
         if not _is_free(site.grid, pose):
             raise ValueError(
                 say(
                     "{source} lies in a wall or beside the map, which is {extent}",
                     source=source,
-                    extent=extent,
+                    extent=_extent(site.grid),
                 )
             )
     # A moved charger remains a charger.
@@ -165,3 +162,13 @@ def site_of(
 
 def _is_free(grid: GridMap, pose: Pose2D) -> bool:
     return not grid.is_occupied(pose.x, pose.y)  # also outside the map
+
+
+def _extent(grid: GridMap) -> Sentence:
+    return say(
+        "{wide:g} m by {high:g} m from its corner at x {x:g}, y {y:g}",
+        wide=grid.width * grid.resolution,
+        high=grid.height * grid.resolution,
+        x=grid.origin.x,
+        y=grid.origin.y,
+    )
