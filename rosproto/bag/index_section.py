@@ -150,7 +150,8 @@ def _read_index_section(source: BagFile, header: FileHeader, first: int) -> BagI
     positions = [chunk.pos for chunk in found.chunks]
     if positions and not first <= positions[0] <= positions[-1] < pos:
         raise source.error("the index names chunks outside the file's chunks")
-    if len(set(positions)) != len(positions) or not _all_known(found):
+    known = all(chunk.counts.keys() <= found.connections.keys() for chunk in found.chunks)
+    if len(set(positions)) != len(positions) or not known:
         raise source.error("the index names a chunk twice, or messages of a connection that is not listed")
     return found
 
@@ -177,7 +178,3 @@ def _index_record(section: bytes, at: int, found: BagIndex) -> int:
     else:
         raise BagError(f"a record with op {op} in the index section")
     return end
-
-
-def _all_known(found: BagIndex) -> bool:
-    return all(chunk.counts.keys() <= found.connections.keys() for chunk in found.chunks)

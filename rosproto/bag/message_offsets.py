@@ -102,15 +102,8 @@ class MessageTable(NamedTuple):
         found = list(zip(*[column.tolist() for column in self], strict=True))
         return [_carried(place) for place in found] if (self.nsecs >= NS).any() else found
 
-    def part(self, first: int, end: int) -> MessageTable:
-        """The rows from `first` on, before `end`."""
-        part = slice(first, end)
-        return MessageTable(
-            self.conn[part], self.secs[part], self.nsecs[part], self.start[part], self.end[part]
-        )
-
-    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> MessageTable:
-        """The rows with these numbers, or where the mask is true."""
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_] | slice) -> MessageTable:
+        """The rows with these numbers, in this slice, or where the mask is true."""
         conn, secs, nsecs, start, end = self
         return MessageTable(conn[which], secs[which], nsecs[which], start[which], end[which])
 

@@ -263,9 +263,11 @@ def _release(
         size = len(piece.time)
         count = size if limit is None else int(np.searchsorted(piece.time, limit, "right"))
         if count:
-            out.append(_PendingMessages(piece.number, piece.rows.part(0, count), piece.time[:count]))
+            out.append(_PendingMessages(piece.number, piece.rows.take(slice(count)), piece.time[:count]))
         if count < size:
-            left.append(_PendingMessages(piece.number, piece.rows.part(count, size), piece.time[count:]))
+            left.append(
+                _PendingMessages(piece.number, piece.rows.take(slice(count, size)), piece.time[count:])
+            )
     if not out:
         return None, left
     held.keep_only({piece.number for piece in out} | {piece.number for piece in left})

@@ -51,7 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.file and not (arguments.rate or arguments.latch):
             return _in_turn(publisher, cls, messages, arguments)
         if arguments.rate or arguments.n:
-            return _at_rate(publisher, cls, messages, arguments)
+            some = itertools.islice(itertools.cycle(messages), arguments.n)
+            return _in_turn(publisher, cls, some, arguments)
         return _latched(publisher, cls, messages, arguments)
 
 
@@ -89,13 +90,6 @@ def _latched(publisher: Any, cls: type[Message], messages: list[Any], arguments:
     if arguments.json:
         print_json({"published": len(messages), "connections": publisher.connections})
     return 0
-
-
-def _at_rate(publisher: Any, cls: type[Message], messages: list[Any], arguments: argparse.Namespace) -> int:
-    """Publish the messages repeatedly at the rate."""
-    endless = itertools.cycle(messages)
-    some = endless if arguments.n is None else itertools.islice(endless, arguments.n)
-    return _in_turn(publisher, cls, some, arguments)
 
 
 def _in_turn(publisher: Any, cls: type[Message], values: Iterable[Any], arguments: argparse.Namespace) -> int:
