@@ -211,12 +211,12 @@ def _page(group: Group) -> Iterator[str]:
         yield from _body(f"{group.prog} {name}", _sub(parser_for([name]), name), known)
 
 
-def _sub(parser: argparse.ArgumentParser, name: str) -> argparse.ArgumentParser:
+def _sub(parser: argparse.ArgumentParser, name: str) -> Parser:
     """The parser of a command inside the whole one."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             found = action.choices[name]
-            assert isinstance(found, argparse.ArgumentParser)
+            assert isinstance(found, Parser)
             return found
     raise LookupError(f"{parser.prog} has no commands")
 
@@ -229,7 +229,7 @@ def _identity(action: argparse.Action) -> tuple[tuple[str, ...], str]:
     return tuple(action.option_strings), action.help or ""
 
 
-def _body(command: str, parser: argparse.ArgumentParser, known: Known) -> Iterator[str]:
+def _body(command: str, parser: Parser, known: Known) -> Iterator[str]:
     """Synopsis, what it does, its arguments; then the same of its verbs."""
     yield f"`{_synopsis(command, parser, known)}`"
     if parser.description:
@@ -250,7 +250,7 @@ def _body(command: str, parser: argparse.ArgumentParser, known: Known) -> Iterat
                 yield from _body(f"{command} {verb}", sub, known)
 
 
-def _synopsis(command: str, parser: argparse.ArgumentParser, known: Known) -> str:
+def _synopsis(command: str, parser: Parser, known: Known) -> str:
     """The usage line, without the common options."""
     common = {text for names, _ in known for text in names}
     return synopsis(command, parser, {"-h", "--help", *common})

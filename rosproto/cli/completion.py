@@ -15,7 +15,7 @@ from typing import Any
 from rosproto.errors import RosError
 from rosproto.text import printable
 
-from .parser import actions_of, options_of, verbs_of
+from .parser import Parser, verbs_of
 
 Names = Callable[[], Iterable[str]]
 FILES = 10
@@ -117,7 +117,7 @@ def _typed(arguments: argparse.Namespace) -> list[str]:
 def answer(
     prog: str,
     arguments: argparse.Namespace,
-    parser_for: Callable[[Sequence[str]], argparse.ArgumentParser],
+    parser_for: Callable[[Sequence[str]], Parser],
     names: Mapping[str, Names],
 ) -> int:
     """Run the `completion` of a command.
@@ -140,7 +140,7 @@ def answer(
     return FILES if _walked(parser, typed[:-1]).takes_file() else 0
 
 
-def _walked(parser: argparse.ArgumentParser, words: Sequence[str]) -> _Walk:
+def _walked(parser: Parser, words: Sequence[str]) -> _Walk:
     walk = _Walk(parser)
     for word in words:
         walk.take(word)
@@ -152,9 +152,7 @@ def script(prog: str, shell: str) -> str:
     return SHELLS[shell].format(prog=prog, name=prog.replace("-", "_"))
 
 
-def complete(
-    parser: argparse.ArgumentParser, words: Sequence[str], names: Mapping[str, Names] | None = None
-) -> list[str]:
+def complete(parser: Parser, words: Sequence[str], names: Mapping[str, Names] | None = None) -> list[str]:
     """Return the completions of the last word, sorted.
 
     Args:
@@ -180,13 +178,13 @@ class _Walk:
         given: The words of each positional argument so far, by its name.
     """
 
-    def __init__(self, parser: argparse.ArgumentParser) -> None:
+    def __init__(self, parser: Parser) -> None:
         self.given: dict[str, list[str]] = {}
         self._enter(parser)
 
-    def _enter(self, parser: argparse.ArgumentParser) -> None:
+    def _enter(self, parser: Parser) -> None:
         self._parser = parser
-        self._positionals = [a for a in actions_of(parser) if not a.option_strings]
+        self._positionals = [a for a in parser.actions if not a.option_strings]
         self.expected: argparse.Action | None = None
         self._left = 0
 
@@ -198,7 +196,7 @@ class _Walk:
             return
         self.expected = None
         if word.startswith("-") and len(word) > 1:
-            option = options_of(self._parser).get(word)
+            option = self._parser.options.get(word)
             if option is not None and option.nargs != 0:
                 self.expected = option
                 self._left = option.nargs if isinstance(option.nargs, int) else 1
@@ -228,7 +226,7 @@ class _Walk:
         """Return the options allowed here."""
         return [
             text
-            for action in actions_of(self._parser)
+            for action in self._parser.actions
             if action.help != argparse.SUPPRESS
             for text in action.option_strings
         ]

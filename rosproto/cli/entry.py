@@ -20,7 +20,7 @@ from typing import NamedTuple
 from rosproto.version import __version__
 
 from .exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, say
-from .parser import Parser, give_examples, leaves, options_of
+from .parser import Parser, give_examples, leaves
 from .process import Task, exit_codes_line, run_command, words_of
 
 MEANT = {
@@ -104,9 +104,9 @@ def parser_for(words: Sequence[str]) -> Parser:
     return parser
 
 
-def add_general_options(parser: argparse.ArgumentParser, count: object, debug: object) -> None:
+def add_general_options(parser: Parser, count: object, debug: object) -> None:
     """Add --debug and --verbose, before and after the command; `topic list -v` keeps rostopic's meaning."""
-    taken = options_of(parser)
+    taken = parser.options
     names = [name for name in ("-v", "--verbose") if name not in taken]
     if names:
         parser.add_argument(

@@ -162,18 +162,6 @@ def _own_words(message: str) -> str:
     return message
 
 
-def actions_of(parser: argparse.ArgumentParser) -> Sequence[argparse.Action]:
-    """Return `Parser.actions` of a parser with argparse's static type."""
-    assert isinstance(parser, Parser), f"{parser!r} is no Parser"
-    return parser.actions
-
-
-def options_of(parser: argparse.ArgumentParser) -> Mapping[str, argparse.Action]:
-    """Return `Parser.options`, likewise."""
-    assert isinstance(parser, Parser), f"{parser!r} is no Parser"
-    return parser.options
-
-
 def verbs_of(action: argparse.Action) -> Mapping[str, Parser]:
     """Return the sub-parsers of an argument by word; empty for other arguments."""
     return cast("Mapping[str, Parser]", action.choices) if action.nargs == argparse.PARSER else {}
@@ -211,12 +199,12 @@ def hint(word: str, names: Iterable[str]) -> list[Sentence]:
     return [say("did you mean {names}?", names=" or ".join(found))] if found else []
 
 
-def synopsis(command: str, parser: argparse.ArgumentParser, known: Iterable[str] = ("-h", "--help")) -> str:
+def synopsis(command: str, parser: Parser, known: Iterable[str] = ("-h", "--help")) -> str:
     """`rosproto topic echo [options] topic`; `known` are options that need no `[options]`."""
     words, left_out = [command], set(known)
-    if any(set(action.option_strings) - left_out for action in actions_of(parser) if _shown(action)):
+    if any(set(action.option_strings) - left_out for action in parser.actions if _shown(action)):
         words.append("[options]")
-    for action in actions_of(parser):
+    for action in parser.actions:
         if not action.option_strings and _shown(action):
             names = value_names(action)
             words.append(f"[{names}]" if action.nargs in ("?", "*") else names)
@@ -243,20 +231,19 @@ def value_names(action: argparse.Action) -> str:
     return " ".join([name] * action.nargs) if isinstance(action.nargs, int) else name
 
 
-def sub_parsers(parser: argparse.ArgumentParser) -> Iterator[tuple[str, argparse.ArgumentParser]]:
+def sub_parsers(parser: Parser) -> Iterator[tuple[str, Parser]]:
     """Yield (name, parser) of the verbs or commands."""
-    for action in actions_of(parser):
+    for action in parser.actions:
         yield from verbs_of(action).items()
 
 
-def give_examples(parser: argparse.ArgumentParser, examples: Mapping[str, Sequence[str]]) -> None:
+def give_examples(parser: Parser, examples: Mapping[str, Sequence[str]]) -> None:
     """Set the examples of a command and its verbs; keys are command lines without the program's name."""
     for one in {id(p): p for p in (parser, *leaves(parser))}.values():
-        if isinstance(one, Parser):
-            one.examples = examples.get(one.prog.partition(" ")[2], ())
+        one.examples = examples.get(one.prog.partition(" ")[2], ())
 
 
-def leaves(parser: argparse.ArgumentParser) -> Sequence[argparse.ArgumentParser]:
+def leaves(parser: Parser) -> Sequence[Parser]:
     """Return the parsers without verbs."""
     below = [leaf for _, sub in sub_parsers(parser) for leaf in leaves(sub)]
     return below or [parser]

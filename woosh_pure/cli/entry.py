@@ -109,7 +109,7 @@ def _speaking(language: str) -> type[Parser]:
     return Speaking
 
 
-def parser_for(words: Sequence[str], language: str = "en") -> argparse.ArgumentParser:
+def parser_for(words: Sequence[str], language: str = "en") -> Parser:
     """Return a parser with the full command of `words`, and only the help lines of the others."""
     common = _common()
     parser = _speaking(language)(
