@@ -129,11 +129,7 @@ class GoalHandle:
         deadline = Deadline(timeout)
         while not await self._ended(deadline):
             if deadline.expired:
-                raise RosTimeout(
-                    self.handle.why_unfinished(deadline),
-                    what=f"result of goal {self.handle.goal_id}",
-                    seconds=timeout,
-                )
+                raise self._late("result", deadline, timeout)
         # It has ended, or the server is lost: the threaded handle has the result or error.
         return await self._pool.run(lambda: self.handle.wait(SETTLE))
 
@@ -161,14 +157,14 @@ class GoalHandle:
                 if (error := self.handle.connection_error) is not None:
                     raise error from None
                 if deadline.expired:
-                    raise RosTimeout(
-                        self.handle.why_unfinished(deadline),
-                        what=f"feedback of goal {self.handle.goal_id}",
-                        seconds=timeout,
-                    ) from None
+                    raise self._late("feedback", deadline, timeout) from None
                 continue
             yield message
             deadline = Deadline(timeout)
+
+    def _late(self, what: str, deadline: Deadline, timeout: float | None) -> RosTimeout:
+        why = self.handle.why_unfinished(deadline)
+        return RosTimeout(why, what=f"{what} of goal {self.handle.goal_id}", seconds=timeout)
 
     async def _ended(self, deadline: Deadline) -> bool:
         """Wait a little; True if the goal has ended or its server is lost."""

@@ -194,7 +194,14 @@ class TransformBuffer:
         except PoseUnknown as gap:
             self._pose_unknown(target, source, gap)
         except SeparateTrees as two:
-            self._not_connected(target, source, two)
+            raise NotConnected(
+                f"not connected: {target} hangs below {two.target_root}, {source} below {two.source_root};"
+                " no transform between these two is published",
+                target=target,
+                source=source,
+                target_root=two.target_root,
+                source_root=two.source_root,
+            ) from None
         except FrameLoop:
             raise NotConnected(
                 "the way to the root is a loop: frames are each other's parents; see frames()",
@@ -231,17 +238,6 @@ class TransformBuffer:
             requested=asked,
             earliest=first,
             latest=last,
-        ) from None
-
-    @staticmethod
-    def _not_connected(target: str, source: str, two: SeparateTrees) -> NoReturn:
-        raise NotConnected(
-            f"not connected: {target} hangs below {two.target_root}, {source} below {two.source_root};"
-            " no transform between these two is published",
-            target=target,
-            source=source,
-            target_root=two.target_root,
-            source_root=two.source_root,
         ) from None
 
 

@@ -73,7 +73,8 @@ class _Question(NamedTuple):
 def check_definitions(node: rosproto.Node, state: rosproto.node.SystemState) -> Iterator[Finding]:
     """One finding for each definition that differs, or one that says that all agree."""
     asked = differing = 0
-    for question in _questions(state):
+    known = (row for row in interface.ROWS if row.definition_known)
+    for question in (question for row in known for question in _questions_of(row, state)):
         theirs = _answer(node, question)
         asked += bool(theirs)
         if theirs not in ("", question.ours):
@@ -111,24 +112,16 @@ def finding_of(name: str, node: str, type_name: str, theirs: str, ours: str) -> 
     return warn("definition", text, advice)
 
 
-def _questions(state: rosproto.node.SystemState) -> Iterator[_Question]:
-    for row in interface.ROWS:
-        if row.definition_known:
-            yield from _questions_of(row, state)
-
-
 def _questions_of(row: Row, state: rosproto.node.SystemState) -> Iterable[_Question]:
     if row.kind == "service":
         ours = service_type(row.type)._md5sum
         return [_Question(row.name, node, row.type, ours) for node in state.services.get(row.name, [])]
-    name, type_name = (row.name, row.type) if row.kind == "topic" else _goal_of(row)
+    name, type_name = row.name, row.type
+    if row.kind == "action":
+        name, type_name = f"{row.name}/goal", f"{row.type}ActionGoal"
     ours = message_type(type_name)._md5sum
     publishers = state.publishers.get(name, []) if row.flow in ("read", "act") else []
     return [_Question(name, node, type_name, ours) for node in publishers]
-
-
-def _goal_of(row: Row) -> tuple[str, str]:
-    return f"{row.name}/goal", f"{row.type}ActionGoal"
 
 
 def _answer(node: rosproto.Node, question: _Question) -> str:
@@ -166,22 +159,24 @@ def check_nodes(
     """One finding for each cause, or one that says that all can be reached."""
     nodes = chassis_nodes(state)
     unknown: dict[str, dict[str, str]] = {}  # host name -> node -> why the master's address does not do
-    others: dict[tuple[str, str], list[str]] = {}  # (problem, advice) -> nodes
+    others: dict[str, list[str]] = {}  # problem -> nodes
     for node in nodes:
         try:
             host, port = parse_uri(client.lookup_node(node))
         except (RosError, ValueError) as error:
-            others.setdefault(_not_told(error), []).append(node)
+            told = error.text if isinstance(error, MasterError) else error
+            untold = say("the master cannot tell where it is: {error}", error=told)
+            others.setdefault(untold, []).append(node)
             continue
         problem = _reach(host, port, hosts, timeout)
         if host in hosts.unknown:
             unknown.setdefault(host, {})[node] = problem
         elif problem:
-            others.setdefault((problem, _RESTART), []).append(node)
+            others.setdefault(problem, []).append(node)
     for host, found in unknown.items():
         yield unresolved(host, found, hosts)
-    for (problem, advice), found_nodes in others.items():
-        yield bad("node", led(name_list(found_nodes), problem), advice)
+    for problem, found_nodes in others.items():
+        yield bad("node", led(name_list(found_nodes), problem), _RESTART)
     if not others and not any(any(found.values()) for found in unknown.values()):
         yield ok("node", "{count} nodes of the chassis can be reached", count=len(nodes))
 
@@ -226,12 +221,6 @@ def name_list(nodes: Iterable[str]) -> str:
         return say("{count} nodes ({names})", count=len(names), names=names)
     more = "{count} nodes ({names} and {more} more)"
     return say(more, count=len(names), names=names[:_SHOWN], more=len(names) - _SHOWN)
-
-
-def _not_told(error: Exception) -> tuple[str, str]:
-    if isinstance(error, MasterError):
-        return say("the master cannot tell where it is: {error}", error=error.text), _RESTART
-    return say("the master cannot tell where it is: {error}", error=error), _RESTART
 
 
 def _reach(host: str, port: int, hosts: HostNames, timeout: float) -> str:
