@@ -138,7 +138,7 @@ def test_a_silent_topic_and_a_competitor():
         sim.fall_silent(30.0)
         found = findings(sim.master_uri)
     assert "/battery" in found["silent"][0].text
-    assert any(rival._components.connection.name in f.text for f in found["competitor"])
+    assert any(rival.node.name in f.text for f in found["competitor"])
 
 
 def test_a_clock_that_is_off():
