@@ -44,7 +44,6 @@ class PublisherReply(NamedTuple):
     type_name: str
     md5sum: str
     message_definition: str
-    latching: bool
 
 
 class ServiceRequest(NamedTuple):
@@ -204,7 +203,6 @@ def check_publisher_header(
         type_name=real_type,
         md5sum=real_md5sum,
         message_definition=fields.get("message_definition", ""),
-        latching=_flag(fields, "latching"),
     )
 
 

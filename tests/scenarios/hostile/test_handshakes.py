@@ -149,7 +149,7 @@ def test_probes_are_no_error(node: Node, caplog: pytest.LogCaptureFixture) -> No
     assert not loud
 
 
-@pytest.mark.promise("`persistent` and `latching` are true as `1`")
+@pytest.mark.promise("`persistent` is true as `1` or `true`")
 @pytest.mark.parametrize("word", ["1", "true", "TRUE", "True"])
 def test_persistent_in_every_spelling(word: str, victim: Victim) -> None:
     """7: the link stays after an answer; without the word it ends."""
