@@ -78,6 +78,21 @@ def test_point_clouds_in_another_frame(tmp_path: Path) -> None:
     assert output(code, tmp_path) == "map [[8.0, 1.0, 3.0, 9.0], [10.0, 0.0, 0.0, 8.0]]\n"
 
 
+def test_modules_inside_packages_are_imported_by_their_full_names(tmp_path: Path) -> None:
+    """Many programs name the module in which ROS has a function or class, and get the same one."""
+    code = """
+        import image_geometry, laser_geometry, tf2_geometry_msgs, tf2_sensor_msgs
+        from image_geometry.cameramodels import PinholeCameraModel, StereoCameraModel
+        from laser_geometry.laser_geometry import LaserProjection
+        from tf2_geometry_msgs.tf2_geometry_msgs import do_transform_pose
+        from tf2_sensor_msgs.tf2_sensor_msgs import do_transform_cloud
+        print(PinholeCameraModel is image_geometry.PinholeCameraModel, LaserProjection is laser_geometry.LaserProjection)
+        print(do_transform_pose is tf2_geometry_msgs.do_transform_pose)
+        print(do_transform_cloud is tf2_sensor_msgs.do_transform_cloud)
+    """
+    assert output(code, tmp_path).split() == ["True"] * 4
+
+
 def test_point_clouds(tmp_path: Path) -> None:
     """sensor_msgs.point_cloud2 (values as Debian's gave them)."""
     code = """
