@@ -168,8 +168,10 @@ def _is_of_ros(folder: str) -> bool:
 
 
 def _serve_children() -> None:
-    """Processes that multiprocessing starts anew (Windows, macOS) import this layer first."""
-    from multiprocessing import spawn
+    """Processes that multiprocessing starts anew import this layer first: by "spawn" (Windows, macOS), and by the
+    fork server (Linux since Python 3.14).
+    """
+    from multiprocessing import set_forkserver_preload, spawn
 
     command_line = spawn.get_command_line
 
@@ -181,6 +183,9 @@ def _serve_children() -> None:
         return line
 
     spawn.get_command_line = with_layer
+    if sys.platform != "win32":
+        # Without Python's own "__main__": the server would import the program before this layer.
+        set_forkserver_preload(["rosproto.rospy.install"])
 
 
 # -- modules of ROS that cannot be provided: why, and what to use instead ------------------------------------

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import textwrap
+from multiprocessing import get_all_start_methods
 from pathlib import Path
 
 import pytest
@@ -194,8 +195,9 @@ def test_definitions_of_a_folder(tmp_path: Path) -> None:
     assert done == "0 lab_msgs/Probe True lab_msgs.msg._Probe\n"
 
 
-def test_processes_that_are_started_anew_have_the_layer_too(tmp_path: Path) -> None:
-    """multiprocessing with "spawn", as on Windows and macOS; messages travel by pickle."""
+@pytest.mark.parametrize("method", [each for each in get_all_start_methods() if each != "fork"])
+def test_processes_that_are_started_anew_have_the_layer_too(method: str, tmp_path: Path) -> None:
+    """multiprocessing with "spawn" (Windows, macOS) and "forkserver" (Linux since 3.14); messages travel by pickle."""
     code = """
         import multiprocessing
         import rospy
@@ -205,7 +207,7 @@ def test_processes_that_are_started_anew_have_the_layer_too(tmp_path: Path) -> N
             queue.put(Point(1, 2, 3))
 
         if __name__ == "__main__":
-            context = multiprocessing.get_context("spawn")
+            context = multiprocessing.get_context("METHOD")
             queue = context.Queue()
             child = context.Process(target=work, args=(queue,))
             child.start()
@@ -213,7 +215,7 @@ def test_processes_that_are_started_anew_have_the_layer_too(tmp_path: Path) -> N
             child.join(30)
             print(child.exitcode)
     """
-    assert output(code, tmp_path) == "True\n0\n"
+    assert output(code.replace("METHOD", method), tmp_path) == "True\n0\n"
 
 
 def test_killed_by_a_tool(tmp_path: Path) -> None:
