@@ -10,7 +10,7 @@ import sys
 import time
 from collections import deque
 from collections.abc import Iterator, Sequence
-from queue import Empty, SimpleQueue
+from queue import Empty, Queue
 from typing import Any
 
 from rosproto.codec import strify_message
@@ -86,7 +86,7 @@ def _from_graph(arguments: argparse.Namespace, printer: _Printer) -> None:
 
 def _arrivals(node: Any, topics: list[str], timeout: float | None) -> Iterator[Arrival]:
     """Yield the messages of all topics in order of arrival."""
-    came: SimpleQueue[Arrival] = SimpleQueue()
+    came: Queue[Arrival] = Queue()
     subscribers = [node.subscriber(topic, None, _put(came, topic), queue_size=1000) for topic in topics]
     began, told = time.monotonic(), False
     while True:
@@ -103,7 +103,7 @@ def _arrivals(node: Any, topics: list[str], timeout: float | None) -> Iterator[A
                 told = True
 
 
-def _put(came: SimpleQueue[Arrival], topic: str) -> Any:
+def _put(came: Queue[Arrival], topic: str) -> Any:
     return lambda message: came.put((topic, message, Time.from_sec(time.time())))
 
 

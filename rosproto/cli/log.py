@@ -85,7 +85,7 @@ def _set_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _echo(arguments: argparse.Namespace) -> int:
-    from queue import Empty, SimpleQueue
+    from queue import Empty, Queue
 
     from rosproto.codec import message_class
 
@@ -95,7 +95,7 @@ def _echo(arguments: argparse.Namespace) -> int:
         if not below(state.nodes, asked):
             warn(f"no node is called {absolute(asked)} yet; its lines are shown when it comes")
     topic = AGGREGATED if state.publishers.get(AGGREGATED) else DIRECT
-    came: SimpleQueue[Any] = SimpleQueue()
+    came: Queue[Any] = Queue()
     shown, silent_since = 0, time.monotonic()
     ours = message_class("rosgraph_msgs/Log")
     with open_node(arguments) as node, node.subscriber(topic, ours, came.put, queue_size=1000):

@@ -168,9 +168,7 @@ def _is_of_ros(folder: str) -> bool:
 
 
 def _serve_children() -> None:
-    """Processes that multiprocessing starts anew import this layer first: by "spawn" (Windows, macOS), and by the
-    fork server (Linux since Python 3.14).
-    """
+    """Processes that multiprocessing starts anew import this first (Windows, macOS, Linux from 3.14 on)."""
     from multiprocessing import set_forkserver_preload, spawn
 
     command_line = spawn.get_command_line

@@ -10,15 +10,34 @@ both.
 
 from __future__ import annotations
 
+import queue
 import sys
 import threading
 import time
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from rosproto.coercion import as_float
 from rosproto.errors import RosTimeout
 from rosproto.sentence import led, say
+
+T = TypeVar("T")
+
+
+def next_item(items: queue.SimpleQueue[T], seconds: float | None) -> T:
+    """Wait for the next item, in a thread that nobody shares the queue with.
+
+    `items.get(timeout=seconds)` alone may wait for ever before CPython 3.13: if its lock is open, it takes
+    the lock without waiting, and a time that has run out meanwhile counts as no limit. The first look here
+    closes the lock.
+
+    Raises:
+        queue.Empty: None came within `seconds`.
+    """
+    try:
+        return items.get_nowait()
+    except queue.Empty:
+        return items.get(timeout=seconds)
 
 
 class Waitable(Protocol):

@@ -140,7 +140,8 @@ class WatchdogProcess:
         self._lines, self._answers = lines, answers
         self._parent = parent
         self._born_of = parent() if parent is not None else 0
-        self._inbox: queue.SimpleQueue[Line | Callable[[], None] | None] = queue.SimpleQueue()
+        # Not SimpleQueue: if its time-out passes within `get`, CPython before 3.13 waits for ever.
+        self._inbox: queue.Queue[Line | Callable[[], None] | None] = queue.Queue()
         self._table = WatchTable(time.monotonic())
         self._nodes: dict[tuple[str, str], Node] = {}
         self._opening = threading.Lock()

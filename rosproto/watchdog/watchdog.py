@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from rosproto.errors import RemoteProtocolError
 from rosproto.logs import get_logger
 from rosproto.node import Node
+from rosproto.transport import next_item
 from rosproto.watchdog.protocol import (
     HEARTBEAT_SECONDS,
     Arm,
@@ -250,7 +251,7 @@ class Watchdog:
         while True:
             armed = any(watch.armed for watch in list(self._watches.values()))
             try:
-                line = self._lines.get(timeout=HEARTBEAT_SECONDS if armed else None)
+                line = next_item(self._lines, HEARTBEAT_SECONDS if armed else None)
             except queue.Empty:
                 line = Heartbeat()
             pipe = self._process.stdin if self._process is not None else None

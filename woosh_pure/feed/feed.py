@@ -6,7 +6,6 @@ own stamp is available, too.
 
 from __future__ import annotations
 
-import queue
 import threading
 import time
 from collections import deque
@@ -112,7 +111,7 @@ class Feed(Newest[T]):
         self._open_lock = threading.RLock()
         self._receiving = threading.Lock()  # taken by receiving threads only
         self._history: deque[tuple[int, Reading[T]]] = deque(maxlen=history)  # numbered from 1
-        self._waiting: list[queue.SimpleQueue[None]] = []
+        self._waiting: list[threading.Lock] = []
         self._broken = 0
         self._links_then: tuple[object, ...] | None = None
         self._callbacks: list[Callable[[T], object]] = []
@@ -232,13 +231,16 @@ class Feed(Newest[T]):
     def _wake(self) -> None:
         """Wake all waiting threads."""
         for news in list(self._waiting):
-            if news.empty():
-                news.put(None)
+            try:
+                news.release()
+            except RuntimeError:
+                pass  # it is open already
 
     @contextmanager
-    def _news(self) -> Iterator[queue.SimpleQueue[None]]:
-        """A queue that receives an item for each new value, and when the feed is closed."""
-        news: queue.SimpleQueue[None] = queue.SimpleQueue()
+    def _news(self) -> Iterator[threading.Lock]:
+        """A lock that is released for new values, and when the feed is closed."""
+        news = threading.Lock()
+        news.acquire()
         self._waiting.append(news)
         try:
             yield news
@@ -439,7 +441,7 @@ class Feed(Newest[T]):
                 )
             )
 
-    def _pause(self, news: queue.SimpleQueue[None], deadline: Deadline, timeout: float | None) -> None:
+    def _pause(self, news: threading.Lock, deadline: Deadline, timeout: float | None) -> None:
         """Wait for a change; raises when no more can come."""
         self.require_open()
         if deadline.expired:
@@ -472,8 +474,5 @@ class Feed(Newest[T]):
             yield reading.value
 
 
-def _wait_for(news: queue.SimpleQueue[None], seconds: float) -> None:
-    try:
-        news.get(timeout=seconds)
-    except queue.Empty:
-        pass
+def _wait_for(news: threading.Lock, seconds: float) -> None:
+    news.acquire(timeout=seconds)

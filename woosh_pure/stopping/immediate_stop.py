@@ -19,6 +19,7 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
+from rosproto.transport import next_item
 from woosh_pure.stopping.stop_executor import Flag
 
 _SOON, _SOON_TIMES = 0.05, 5  # seconds; how often after a stop: a velocity may just have been on its way
@@ -109,7 +110,7 @@ class ImmediateStop:
             due = self._chores()
             busy = due or any(True for _ in self._under_way(True))
             try:
-                asked = self._asked.get(timeout=_SOON if soon else _AGAIN if busy else None)
+                asked = next_item(self._asked, _SOON if soon else _AGAIN if busy else None)
             except queue.Empty:
                 soon = max(0, soon - 1)
                 self._again()

@@ -35,32 +35,33 @@ class Flag:
 
     `threading.Event.set` takes a lock. If a signal handler interrupts `Event.wait`, the interrupted frame
     holds that lock until the handler returns, and a stop that runs in another thread could not set the event.
-    `set` here takes no such lock: waiters wait in a `SimpleQueue`, whose C methods are not interrupted.
+    `set` here waits for nothing: waiters wait at a lock that only it opens.
 
     Attributes:
         is_set: Whether it is set.
     """
 
-    __slots__ = ("_woken", "is_set")
+    __slots__ = ("_gate", "is_set")
 
     def __init__(self) -> None:
         self.is_set = False
-        self._woken: queue.SimpleQueue[None] = queue.SimpleQueue()
+        self._gate = threading.Lock()
+        self._gate.acquire()
 
     def set(self) -> None:
         """Set it and wake the waiters."""
         self.is_set = True
-        self._woken.put(None)
+        try:
+            self._gate.release()
+        except RuntimeError:
+            pass  # it is open already
 
     def wait(self, timeout: float) -> bool:
         """Wait until it is set, at most `timeout` seconds; return whether it is."""
         end = time.monotonic() + timeout
         while not self.is_set and (left := end - time.monotonic()) > 0.0:
-            try:
-                self._woken.get(timeout=min(left, SLICE))
-            except queue.Empty:
-                continue
-            self._woken.put(None)  # wakes the next waiter
+            if self._gate.acquire(timeout=min(left, SLICE)):
+                self.set()  # wakes the next waiter
         return self.is_set
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import queue
 import threading
 
 import pytest
 
 from rosproto.errors import RosTimeout
 from rosproto.transport.backoff import Backoff
-from rosproto.transport.deadline import SYSTEM, Deadline
+from rosproto.transport.deadline import SYSTEM, Deadline, next_item
 from tests.support.clock import FakeClock
 
 
@@ -76,3 +77,25 @@ def test_jitter_stays_within_its_share() -> None:
     delays = [backoff.next() for _ in range(200)]
     assert all(0.75 <= delay <= 1.25 for delay in delays)
     assert len(set(delays)) > 1
+
+
+def test_an_item_that_does_not_come_is_not_waited_for_for_ever() -> None:
+    """`SimpleQueue.get` alone hung within seconds when its time ran out within the call (before CPython 3.13)."""
+
+    def look() -> None:
+        for _ in range(10_000):
+            with pytest.raises(queue.Empty):
+                next_item(queue.SimpleQueue(), 1e-6)
+
+    thread = threading.Thread(target=look, daemon=True)
+    thread.start()
+    thread.join(60.0)
+    assert not thread.is_alive()
+
+
+def test_an_item_is_taken_at_once_or_when_it_comes() -> None:
+    items: queue.SimpleQueue[int] = queue.SimpleQueue()
+    items.put(1)
+    assert next_item(items, 0.0) == 1
+    threading.Timer(0.05, items.put, [2]).start()
+    assert next_item(items, 20.0) == 2

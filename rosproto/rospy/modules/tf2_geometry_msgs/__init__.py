@@ -1,3 +1,3 @@
-"""tf2_geometry_msgs: transforms stamped geometry messages. Programs also import the module inside, as in ROS."""
+"""tf2_geometry_msgs: transforms stamped geometry messages. Programs import the module inside, too."""
 
 from .tf2_geometry_msgs import *

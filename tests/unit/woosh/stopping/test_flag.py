@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 
 from woosh_pure.stopping.stop_executor import Flag
 
@@ -26,3 +27,16 @@ def test_a_wait_ends_in_time() -> None:
     began = time.monotonic()
     assert not Flag().wait(0.15)
     assert 0.15 <= time.monotonic() - began < 5.0
+
+
+def test_a_wait_ends_although_its_time_runs_out_within_the_call() -> None:
+    """Waiting in a `SimpleQueue` hung there: within seconds, at thousands of tiny waits."""
+    assert ends(lambda: Flag().wait(1e-6))
+
+
+def ends(wait: Callable[[], object]) -> bool:
+    """Whether ten thousand waits in a thread end."""
+    thread = threading.Thread(target=lambda: [wait() for _ in range(10_000)], daemon=True)
+    thread.start()
+    thread.join(60.0)
+    return not thread.is_alive()
