@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -102,7 +101,7 @@ class Feed(Newest[T]):
     """
 
     def __init__(self, row: Row, node: Callable[[], Node]) -> None:
-        history = _HISTORY_OF_PICTURES if row.type in PICTURES else _HISTORY
+        self._kept = _HISTORY_OF_PICTURES if row.type in PICTURES else _HISTORY
         self.row = row
         self._node = node
         # Reentrant, like every lock that `close` takes: a Ctrl-C at its end leaves it held by the thread that
@@ -110,7 +109,8 @@ class Feed(Newest[T]):
         # interrupted frame waits here.
         self._open_lock = threading.RLock()
         self._receiving = threading.Lock()  # taken by receiving threads only
-        self._history: deque[tuple[int, Reading[T]]] = deque(maxlen=history)  # numbered from 1
+        # Numbered from 1. A new tuple each time: without the GIL a deque cannot be copied while it grows.
+        self._history: tuple[tuple[int, Reading[T]], ...] = ()
         self._waiting: list[threading.Lock] = []
         self._broken = 0
         self._links_then: tuple[object, ...] | None = None
@@ -209,7 +209,7 @@ class Feed(Newest[T]):
             with self._open_lock:  # a latched value may come before `open` has its subscriber
                 self._links_then = self._links()
         with self._receiving:
-            self._history.append((self.count + 1, reading))
+            self._history = (*self._history[1 - self._kept :], (self.count + 1, reading))
         callbacks = list(self._callbacks)
         self._wake()
         if not callbacks:
@@ -271,7 +271,7 @@ class Feed(Newest[T]):
     @property
     def known_history(self) -> tuple[Reading[T], ...]:
         """As `history`, but neither subscribes nor waits."""
-        return tuple(reading for _, reading in self._history.copy())
+        return tuple(reading for _, reading in self._history)
 
     @property
     def closed(self) -> bool:
@@ -401,7 +401,7 @@ class Feed(Newest[T]):
                 while self.count <= seen:
                     self._pause(news, deadline, timeout)
                 # Check every reading: the condition may have been true only for a moment.
-                for number, reading in self._history.copy():
+                for number, reading in self._history:
                     if number > seen:
                         seen = number
                         if accept(reading.value):

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from msgdefs.sensor_msgs.msg import Image
 from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure import interface
 from woosh_pure.aio.calls import ThreadCalls
@@ -110,9 +111,31 @@ def test_what_is_sent_on_change_only_is_never_given_up_for_newer_messages():
 
 def test_of_pictures_only_a_few_are_kept():
     """A hundred point clouds of a depth camera are half a gigabyte."""
-    for topic, kept in (("/camera_1/depth/points", 3), ("/camera_1/color/image_raw", 3), ("/odometer", 100)):
-        feed, _ = feed_of(topic)
-        assert feed._history.maxlen == kept
+    picture = Image(height=1, width=1, step=3, encoding="rgb8", data=b"rgb")
+    for topic, message, kept in (("/camera_1/color/image_raw", picture, 3), ("/odometer", number(1), 100)):
+        feed, node = feed_of(topic)
+        feed.open()
+        for _ in range(kept + 5):
+            node.callback(message)
+        assert (feed.count, len(feed.known_history)) == (kept + 5, kept)
+
+
+def test_the_history_can_be_read_while_it_grows():
+    """By another thread, and on a Python without the GIL, where a deque cannot be copied meanwhile."""
+    feed, node = feed_of()
+    feed.open()
+
+    def receive():
+        for value in range(2000):
+            node.callback(number(value))
+
+    thread = threading.Thread(target=receive)
+    thread.start()
+    while thread.is_alive():
+        values = [reading.value for reading in feed.known_history]
+        assert values == sorted(values)
+    thread.join()
+    assert feed.known.value == 1999
 
 
 def test_a_value_that_was_true_for_a_moment_is_not_missed():
