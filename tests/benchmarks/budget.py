@@ -186,15 +186,16 @@ def calling(count: int) -> float:
     """Seconds from the end of a read to that of a callback that does nothing."""
     cls, frame = a_frame()
     decode = decoder(cls)
-    sink = type("Holder", (), {"delivery": None})()
     reader = FrameReader(Null(frame, count), 1 << 30)  # type: ignore[arg-type]
     reader._no_rest_until = float("inf")
     reader._frames.buffer[: len(frame)] = frame
     runner = CallbackRunner(lambda message: None, Inbox(10), "/t")
     began = perf_counter()
     try:
-        reader.receive_singles(decode, False, runner.offer_one, {}, sink)
-        reader.receive(decode, False)
+        while True:
+            (message,) = reader.receive(decode, False)
+            message._connection_header = {}
+            runner.offer_one(message)
     except ConnectionLost:
         pass
     took = perf_counter() - began

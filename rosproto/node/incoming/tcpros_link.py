@@ -12,9 +12,8 @@ from __future__ import annotations
 import socket
 import struct
 import sys
-from collections.abc import Callable
 from time import perf_counter, sleep
-from typing import Any, Protocol
+from typing import Any
 
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError
 from rosproto.node.definitions.topic_type import ANY
@@ -45,12 +44,6 @@ NO_REST = 1.0  # seconds without rests, after rests that took too long
 _length = struct.Struct("<I").unpack_from
 # Not on Windows, where WAITALL waits for ever after a reset (and fails on non-blocking sockets).
 _WAIT_ALL = getattr(socket, "MSG_WAITALL", 0) if sys.platform != "win32" else 0
-
-
-class HasDelivery(Protocol):
-    """The part of `Subscription` that the reader uses."""
-
-    delivery: Any
 
 
 class FrameReader:
@@ -114,53 +107,6 @@ class FrameReader:
             space = frames.space()
             self._arrived(self._sock.recv_into(space, 0, _WAIT_ALL if frames.is_large else 0))
         return batch
-
-    def receive_singles(
-        self,
-        decode: Decode,
-        owns: bool,
-        take: Callable[[Any], object],
-        header: dict[str, str],
-        holder: HasDelivery,
-    ) -> None:
-        """Wait for single messages, and pass each to `take`; return when anything else arrives.
-
-        Anything else is left for `receive`: several messages, a part of one, or one for a new delivery. Most
-        messages arrive singly, with cold processor caches after the wait, so this path is short (a round trip
-        takes 3 to 7 % less time than by `receive`).
-
-        Args:
-            decode, owns: As for `receive`.
-            take: Called with each message.
-            header: Set as `_connection_header` of each.
-            holder: Has the current `delivery`.
-
-        Raises:
-            ConnectionLost, OSError: The connection has ended.
-            CodecError: A message does not fit its definition.
-        """
-        frames = self._frames
-        if frames.buffered:
-            return
-        if frames.count - self._seen >= LOOK_AFTER:
-            self._look()
-        view, recv_into = frames.space(), self._sock.recv_into
-        delivery, buffer = holder.delivery, frames.buffer
-        room = len(buffer)
-        while True:
-            for _ in range(LOOK_AFTER):
-                end = recv_into(buffer)
-                if 3 < end < room and _length(buffer)[0] == end - 4 and holder.delivery is delivery:
-                    self.bytes += end
-                    frames.count += 1
-                    message = decode(bytes(view[4:end]), 0, end - 4) if owns else decode(buffer, 4, end)
-                    message._connection_header = header
-                    take(message)
-                else:
-                    self._arrived(end)
-                    return
-            self._came = end
-            self._look()
 
     def _look(self) -> None:
         """In a burst, let messages gather before the next read.
@@ -292,12 +238,8 @@ class TcprosLink(PublisherLink):
         reader, subscription, header, revised = self._reader, self.subscription, self.header, self._revised
         assert reader is not None
         latching = header.get("latching") == "1"
-        plain = revised is None and not latching
         while True:
             present = subscription.delivery
-            if plain and present.offer_one is not None:
-                reader.receive_singles(present.decode, present.owns, present.offer_one, header, subscription)
-                present = subscription.delivery  # the set of subscribers may have changed
             delivery = present if revised is None else subscription.delivery_for(revised)
             batch = reader.receive(delivery.decode, delivery.owns, delivery.newest)
             if latching:

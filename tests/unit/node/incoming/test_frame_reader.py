@@ -53,73 +53,31 @@ def read_all(
             return out
 
 
-class Text:
-    """A message of bytes."""
-
-    _connection_header: dict[str, str] | None = None
-
-    def __init__(self, buffer: Any, start: int, end: int) -> None:
-        self.data = bytes(buffer[start:end])
-        self.buffer = buffer
-
-
-class Holder:
-    """A subscription whose delivery can be another at any moment."""
-
-    delivery: object = "first"
-
-
 @pytest.mark.parametrize("owns", [False, True])
-def test_messages_that_come_alone_are_handed_over_at_once(owns: bool) -> None:
-    """Until something else comes, which waits for `receive`."""
-    header = {"callerid": "/p"}
-    taken: list[Text] = []
-    pieces = [
-        frames(b"one"),
-        frames(b""),
-        frames(b"two"),
-        frames(b"three", b"four"),
-        frames(b"five"),
-        b"\x04",
-    ]
+def test_messages_that_come_alone_are_decoded_at_once(owns: bool) -> None:
+    """Where they lie in the buffer, or each in bytes of its own."""
+    buffers = []
+
+    def decode(buffer: Any, start: int, end: int) -> bytes:
+        buffers.append(buffer)
+        return as_bytes(buffer, start, end)
+
+    pieces = [frames(b"one"), frames(b""), frames(b"two"), frames(b"three", b"four"), b"\x04"]
     reader = FrameReader(Pieces(pieces), 100, peer="test")  # type: ignore[arg-type]
-    reader.receive_singles(Text, owns, taken.append, header, Holder())
-    assert [text.data for text in taken] == [b"one", b"", b"two"]
-    assert all(text._connection_header is header for text in taken)
-    assert len({id(text.buffer) for text in taken}) == (3 if owns else 1)
-    reader.receive_singles(Text, owns, taken.append, header, Holder())  # reads nothing before `receive` did
-    assert reader.receive(as_bytes, owns) == [b"three", b"four"]
-    reader.receive_singles(Text, owns, taken.append, header, Holder())
-    assert taken[-1].data == b"five"
-    assert (reader.messages, reader.bytes) == (6, sum(map(len, pieces)))
+    assert [reader.receive(decode, owns) for _ in range(3)] == [[b"one"], [b""], [b"two"]]
+    assert len({id(buffer) for buffer in buffers}) == (3 if owns else 1)
+    assert reader.receive(decode, owns) == [b"three", b"four"]
     with pytest.raises(ConnectionLost, match=r"inside a message \(1 bytes"):
-        reader.receive(as_bytes, owns)
-
-
-def test_a_message_alone_is_left_when_others_want_it_meanwhile() -> None:
-    """Who subscribed while we waited has been told that the topic is open."""
-    holder = Holder()
-    taken: list[Text] = []
-
-    def subscribe_and_send() -> Iterator[bytes]:
-        holder.delivery = "second"
-        yield frames(b"body")
-
-    reader = FrameReader(Pieces(subscribe_and_send()), 100, peer="test")  # type: ignore[arg-type]
-    reader.receive_singles(Text, False, taken.append, {}, holder)
-    assert not taken
-    assert reader.receive(as_bytes, owns=False) == [b"body"]
+        reader.receive(decode, owns)
+    assert (reader.messages, reader.bytes) == (5, sum(map(len, pieces)))
 
 
 def test_a_message_alone_may_fill_the_buffer_or_be_too_long() -> None:
     pieces = [frames(bytes(FIRST_BUFFER - 4)), frames(bytes(101))[:20]]
     reader = FrameReader(Pieces(pieces), 100, peer="test")  # type: ignore[arg-type]
-    reader.receive_singles(Text, False, [].append, {}, Holder())
     assert reader.receive(as_bytes, owns=False) == [bytes(FIRST_BUFFER - 4)]
     with pytest.raises(TooLarge):
         reader.receive(as_bytes, owns=False)
-    with pytest.raises(ConnectionLost):
-        FrameReader(Pieces([]), 1).receive_singles(Text, False, [].append, {}, Holder())  # type: ignore[arg-type]
 
 
 BODIES = [b"", b"a", b"bc" * 10, b"", bytes(5000), b"end"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import pytest
 
@@ -18,7 +17,7 @@ from rosproto.node.incoming.tcpros_link import (
     REST,
     FrameReader,
 )
-from tests.unit.node.incoming.test_frame_reader import Holder, Pieces, as_bytes, frames
+from tests.unit.node.incoming.test_frame_reader import Pieces, as_bytes, frames
 
 SINGLE = frames(bytes(48))
 
@@ -47,31 +46,17 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return clock
 
 
-class Message:
-    _connection_header: dict[str, str] | None = None
-
-
-def read_singles(pieces: Iterator[bytes]) -> None:
-    """As a link does for one callback."""
-    reader = FrameReader(Pieces(pieces), 1 << 30, peer="test")  # type: ignore[arg-type]
-    make: Callable[[Any, int, int], Any] = lambda buffer, start, end: Message()  # noqa: E731
-    while True:
-        reader.receive_singles(make, False, lambda message: None, {}, Holder())
-        reader.receive(make, False)
-
-
-def read_plainly(pieces: Iterator[bytes]) -> None:
-    """As a link does for several subscribers, and for those without a callback."""
+def read_all(pieces: Iterator[bytes]) -> None:
     reader = FrameReader(Pieces(pieces), 1 << 30, peer="test")  # type: ignore[arg-type]
     while True:
         reader.receive(as_bytes, False)
 
 
-@pytest.fixture(params=[read_singles, read_plainly])
-def read(request: pytest.FixtureRequest) -> Callable[[Iterator[bytes]], None]:
+@pytest.fixture
+def read() -> Callable[[Iterator[bytes]], None]:
     def until_the_end(pieces: Iterator[bytes]) -> None:
         with pytest.raises(ConnectionLost):
-            request.param(pieces)
+            read_all(pieces)
 
     return until_the_end
 
