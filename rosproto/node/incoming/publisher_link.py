@@ -56,10 +56,13 @@ class LinkSubscription(Protocol):
     name: str
     type: TopicType
     present_type: TopicType
-    delivery: Delivery
     skipped: int
     tcp_nodelay: bool
     unreliable: bool
+
+    @property
+    def delivery(self) -> Delivery:
+        """Delivers messages to the present set of subscribers."""
 
     def report(self, error: Exception) -> None:
         """Note an error, and call the subscribers' `on_error`."""

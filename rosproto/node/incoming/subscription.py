@@ -15,7 +15,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.codec import AnyMsg
 from rosproto.errors import CodecError, LocalProtocolError, Md5sumMismatch
@@ -69,12 +69,10 @@ class Subscription:
         links: One for each publisher, by its URI in canonical form.
         errors: The latest errors of links and handshakes, the newest last.
         skipped: Messages of past sessions that were not decoded, since no subscriber keeps that many.
-        delivery: Delivers messages to the present set of subscribers; replaced when the set changes.
         unfit: Messages of other revisions that were dropped, since a value did not fit.
     """
 
     kind = "subscriber"
-    delivery: Delivery
 
     def __init__(
         self, context: Context, name: str, type_: TopicType, *, tcp_nodelay: bool, unreliable: bool = False
@@ -94,18 +92,20 @@ class Subscription:
         self._latched: dict[object, Any] = {}  # by link
         self._generation = 0
         self._closed = False
+        self._delivery: Delivery | None = None
         self._revised_deliveries: dict[RevisedType, Delivery] = {}
 
-    if not TYPE_CHECKING:  # so that type checkers report other missing names
+    @property
+    def delivery(self) -> Delivery:
+        """Delivers messages to the present set of subscribers; replaced when the set changes.
 
-        def __getattr__(self, name: str) -> Any:
-            """Make `delivery` on first use: its decoder takes 2 ms, too long for a constructor."""
-            if name != "delivery":
-                raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+        Made on first use: its decoder takes 2 ms, too long for a constructor.
+        """
+        delivery = self._delivery
+        if delivery is None:
             with self._condition:
-                if "delivery" not in vars(self):
-                    self.delivery = Delivery(self._queues, self.present_type)
-                return vars(self)["delivery"]
+                delivery = self._delivery = self._delivery or Delivery(self._queues, self.present_type)
+        return delivery
 
     # -- master ---------------------------------------------------------------------------------------------
 
@@ -213,7 +213,7 @@ class Subscription:
     def renew_delivery(self) -> None:
         """Replace the deliveries after a change of the subscribers or their queue sizes."""
         with self._condition:
-            vars(self).pop("delivery", None)
+            self._delivery = None
             self._revised_deliveries = {}
 
     def delivery_for(self, revised: RevisedType) -> Delivery:

@@ -302,7 +302,6 @@ class Publication:
 
     def _present(self, output: ConvertedOutput) -> ConvertedOutput:
         """The shared output of that revision; it lasts until its last link is detached (`detach`)."""
-        self.publish = self._publish_revised  # type: ignore[method-assign]
         return self._revised.setdefault(output.type.md5sum, output)
 
     def _send_latched(self, link: OutgoingLink, frame: Frame, output: ConvertedOutput | None) -> None:
@@ -364,8 +363,6 @@ class Publication:
                 output.links = tuple(other for other in output.links if other is not link)
                 if not output.links:
                     del self._revised[md5sum]
-            if not self._revised:
-                vars(self).pop("publish", None)
             self._lock.notify_all()
             callbacks = [] if self._closed else [handle.on_disconnect for handle in self._handles]
         self._call(callbacks, link.caller_id)
@@ -382,12 +379,17 @@ class Publication:
     def publish(self, handle: PublisherHandle, message: Any) -> None:
         """Encode a message and send it to every subscriber; see `Publisher.publish`.
 
-        `_publish_revised` replaces this method while there are subscribers of other revisions. This saves a
-        check per message.
+        Conversion errors for subscribers of other revisions are raised after all sends.
         """
-        links = self.links
-        if not links and not handle.latch:
-            return
+        links, revised = self.links, self._revised
+        if revised:
+            self._encoder.check_class(message)
+        if links or handle.latch:
+            self._send(links, handle, message)
+        if revised:
+            self._send_converted(message)
+
+    def _send(self, links: tuple[OutgoingLink, ...], handle: PublisherHandle, message: Any) -> None:
         now = perf_counter()
         self._burst = self._burst + 1 if now - self._returned < BURST_GAP else 0
         frame: Frame
@@ -415,10 +417,8 @@ class Publication:
                 link.send_large(frame)
         self._returned = perf_counter()
 
-    def _publish_revised(self, handle: PublisherHandle, message: Any) -> None:
-        """As `publish`, with subscribers of other revisions; conversion errors are raised after all sends."""
-        self._encoder.check_class(message)
-        Publication.publish(self, handle, message)
+    def _send_converted(self, message: Any) -> None:
+        """Send a message to the subscribers of other revisions."""
         problem: CodecError | None = None
         for output in list(self._revised.values()):
             if output.links:
