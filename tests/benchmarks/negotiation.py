@@ -1,26 +1,20 @@
 """What revisions cost: nothing while the md5sums agree, and so much per message when they do not.
 
-First the ways of a message that every program uses: publishing to a subscriber that takes everything, receiving
-from a connection that always has more. Receiving is measured as it is and with every word about revisions cut
-out of its source, turn by turn; publishing has none in its way, because another method takes its place with the
-first subscriber that wants another revision. Then what a message costs when the peer has another revision:
-decoded or encoded in that, and carried over by field name. At last both end to end over TCP, between two
-processes.
+First the two ways of a message: publishing to a subscriber that takes everything, and receiving from a connection
+that always has more, with a peer of the same definition, and with one of another revision: decoded or encoded in
+that, and carried over by field name. Then both end to end over TCP, between two processes.
 """
 
 from __future__ import annotations
 
 import argparse
-import inspect
 import json
 import logging
 import statistics
 import subprocess
 import sys
-import textwrap
 import time
 from collections.abc import Callable
-from types import FunctionType
 from typing import Any
 
 from rosproto import Master, Node
@@ -85,45 +79,25 @@ class Stream:
     """A socket from which the same frames always arrive, until enough were read."""
 
     def __init__(self, data: bytes, reads: int) -> None:
-        self._data, self._reads = data, reads
+        self._data, self._reads = memoryview(data), reads
+        self._rest = self._data[:0]
 
     def recv_into(self, view: memoryview, size: int = 0, flags: int = 0) -> int:
-        """As much as there is."""
-        if not self._reads:
-            return 0
-        self._reads -= 1
-        view[: len(self._data)] = self._data
-        return len(self._data)
-
-
-def _without(function: Any, *cuts: tuple[str, str]) -> Any:
-    """The same function with words cut out of its source."""
-    source = textwrap.dedent(inspect.getsource(function))
-    for old, new in cuts:
-        assert old in source, f"{function.__qualname__} has no {old!r} any more: mend this benchmark"
-        source = source.replace(old, new)
-    scope: dict[str, Any] = {}
-    exec("from __future__ import annotations\n" + source, function.__globals__, scope)
-    made = scope[function.__name__]
-    assert isinstance(made, FunctionType)
-    return made
-
-
-def _bare_receive() -> Any:
-    return _without(
-        TcprosLink._receive,
-        (", revised = self", " = self"),
-        (", self._revised\n", "\n"),
-        (
-            "subscription.delivery if revised is None else subscription.delivery_for(revised)",
-            "subscription.delivery",
-        ),
-    )
+        """As much as there is, and room for."""
+        if not self._rest:
+            if not self._reads:
+                return 0
+            self._reads -= 1
+            self._rest = self._data
+        count = min(len(view), len(self._rest))
+        view[:count] = self._rest[:count]
+        self._rest = self._rest[count:]
+        return count
 
 
 def _paths(uri: str, options: argparse.Namespace) -> None:
-    print("nanoseconds of this thread per message: least of the rounds; ratio of these")
-    print(f"{'':34s} {'without':>9s} {'agreeing':>9s} {'ratio':>6s} {'differing':>10s}")
+    print("nanoseconds of this thread per message: least of the rounds")
+    print(f"{'':34s} {'agreeing':>9s} {'differing':>10s} {'ratio':>6s}")
     with Node("/bench", master_uri=uri, rosout=False) as node:
         for name, label in TYPES.items():
             _of_type(node, message_class(name), _revision(name, label), options)
@@ -135,46 +109,34 @@ def _of_type(node: Node, ours: Any, theirs: Any, options: argparse.Namespace) ->
     with node.publisher("/out", ours) as handle, taken:
         publication, message = handle._publication, _sample(ours)
 
-        def publishing(how: Any, cls: Any) -> float:
+        def publishing(cls: Any) -> float:
             output = publication.output_for(_header(cls, "/out"), "peer")
             publication.attach(Sink(), "sink", output)
             took = _time(lambda: _repeat(handle, message, options.messages))
             for link in publication.all_links:
                 publication.detach(link)
             publication._revised.clear()
-            publication.__dict__.pop("publish", None)
             return took / options.messages
 
-        def receiving(how: Any, cls: Any) -> float:
-            return _receive(how, taken._subscription, cls, options.messages)
+        def receiving(cls: Any) -> float:
+            return _receive(taken._subscription, cls, options.messages)
 
-        _row(f"publish {ours._type}", publishing, None, None, ours, theirs, options.rounds)
-        full, bare = TcprosLink._receive, _bare_receive()
-        _row(f"receive {ours._type}", receiving, full, bare, ours, theirs, options.rounds)
+        _row(f"publish {ours._type}", publishing, ours, theirs, options.rounds)
+        _row(f"receive {ours._type}", receiving, ours, theirs, options.rounds)
 
 
-def _row(
-    label: str,
-    measure: Callable[[Any, Any], float],
-    full: Any,
-    bare: Any,
-    ours: Any,
-    theirs: Any,
-    rounds: int,
-) -> None:
-    without, agreeing, differing = [], [], []
-    for turn in range(rounds):
-        # The order changes with each turn, so that neither always comes first.
-        pair = [(bare, without), (full, agreeing)] if bare is not None else [(full, agreeing)]
-        for how, values in pair if turn % 2 else reversed(pair):
-            values.append(measure(how, ours))
+def _row(label: str, measure: Callable[[Any], float], ours: Any, theirs: Any, rounds: int) -> None:
+    agreeing, differing = [], []
+    for _ in range(rounds):
+        agreeing.append(measure(ours))
         if theirs is not None:
-            differing.append(measure(full, theirs))
-    price = f"{min(differing):10.0f}" if differing else f"{'-':>10s}"
-    cut = f"{min(without):9.0f}" if without else f"{'-':>9s}"
-    ratio = f"{min(agreeing) / min(without):6.3f}" if without else f"{'-':>6s}"
-    label = label.replace("woosh_msgs/", "")
-    print(f"{label:34s} {cut} {min(agreeing):9.0f} {ratio} {price}", flush=True)
+            differing.append(measure(theirs))
+    other = (
+        f"{min(differing):10.0f} {min(differing) / min(agreeing):6.2f}"
+        if differing
+        else f"{'-':>10s} {'-':>6s}"
+    )
+    print(f"{label.replace('woosh_msgs/', ''):34s} {min(agreeing):9.0f} {other}", flush=True)
 
 
 def _repeat(handle: Any, message: Any, count: int) -> None:
@@ -182,7 +144,7 @@ def _repeat(handle: Any, message: Any, count: int) -> None:
         handle.publish(message)
 
 
-def _receive(how: Any, subscription: Any, cls: Any, count: int) -> float:
+def _receive(subscription: Any, cls: Any, count: int) -> float:
     """Nanoseconds per message of a link's loop over frames that have arrived."""
     from rosproto.codec import encode
 
@@ -197,7 +159,7 @@ def _receive(how: Any, subscription: Any, cls: Any, count: int) -> float:
 
     def work() -> None:
         try:
-            how(link)
+            link._receive()
         except ConnectionError:
             pass  # all was read
 
@@ -209,7 +171,7 @@ class _Reply:
 
     def __init__(self, cls: Any) -> None:
         self.callerid, self.type_name, self.md5sum = "/bench", cls._type, cls._md5sum
-        self.message_definition, self.latching = cls._full_text, False
+        self.message_definition = cls._full_text
 
 
 def _time(work: Callable[[], None]) -> float:
