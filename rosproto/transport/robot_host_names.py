@@ -142,11 +142,11 @@ def hosts_advice(name: str, address: str | None, *, sure: bool = True) -> str:
         sure: False if the address is only assumed to be the master's, and does not answer.
     """
     shown = address or "ADDRESS"
-    file = "/etc/hosts"
     if sys.platform == "win32":
         file = r"C:\Windows\System32\drivers\etc\hosts"
         add = 'for all programs: add the line "{address} {name}" to {file} (as administrator)'
     else:
+        file = "/etc/hosts"
         add = 'for all programs: add the line "{address} {name}" to {file} (with sudo)'
     line = say(add, name=name, address=shown, file=file)
     if not sure:

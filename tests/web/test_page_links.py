@@ -156,8 +156,8 @@ def test_a_stop_without_a_link_says_so(browser: Browser, robot: Robot) -> None:
         page.tap("#stop")
         page.wait_for_selector("#stop-answer.bad >> text=Use the red button on the robot.", timeout=5000)
         proxy.refusing = True
+        proxy.reset()  # before anything goes on: else the stop that waits could still arrive
         proxy.resume()
-        proxy.reset()
         page.wait_for_selector("#stop-answer.bad >> text=The stop did not reach the robot.")
 
 
