@@ -20,12 +20,13 @@ from typing import Any
 
 import pytest
 
+from tests.support.load import crowd
 from woosh_pure import Chassis, MotionRefused, SimulatedChassis
 
 pytestmark = pytest.mark.skipif(
     sys.gettrace() is not None, reason="a debugger or coverage has the trace function"
 )
-STANDS = 0.5  # seconds from the handler's first line
+STANDS = 0.5  # seconds from the handler's first line, on a quiet computer
 RETURNS = (
     8.0  # seconds; with a lock that is held what cannot be seen meanwhile is not known, and is not waited for
 )
@@ -130,7 +131,7 @@ def test_stop_over_any_line_of_a_drive(sim, chassis, until, logs, name):
                 continue  # this time it took fewer lines
             after = seen[0].end()
             assert after is not None, f"line {line}: the robot drives on"
-            assert after < STANDS, f"line {line}"
+            assert after < STANDS * crowd(), f"line {line}"
             assert handler.took < RETURNS, f"line {line}"
             assert not drive.active
 
@@ -174,7 +175,7 @@ def test_stop_over_any_line_of_a_goal(sim, chassis, until, name, verb):
                 continue
             after = seen[0].end()
             assert after is not None, f"line {line}: the robot drives on"
-            assert after < STANDS + 0.5, f"line {line}"  # a goal is braked for
+            assert after < (STANDS + 0.5) * crowd(), f"line {line}"  # a goal is braked for
             assert handler.took < RETURNS, f"line {line}"
             assert handle.done
     finally:
@@ -200,7 +201,7 @@ def test_close_over_any_line(sim, until, name):
         if handler.took is not None:
             after = seen[0].end()
             assert after is not None, f"line {line}: the robot drives on"
-            assert after < STANDS, f"line {line}"
+            assert after < STANDS * crowd(), f"line {line}"
             assert handler.took < 2 * RETURNS, f"line {line}"
         chassis.close()
 
@@ -233,5 +234,5 @@ def test_a_real_signal_at_a_random_moment_of_a_loop_that_drives(sim, chassis, un
                 signal.signal(signal.SIGALRM, before)
             after = seen[0].end()
             assert after is not None, "the robot drives on"
-            assert after < STANDS
+            assert after < STANDS * crowd()
             assert took[0] < RETURNS
