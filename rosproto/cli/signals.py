@@ -38,10 +38,14 @@ def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
     Args:
         until_exit: The process ends with the block: the handlers stay, for the end of the interpreter.
     """
-    # Ignored signals stay ignored (nohup).
-    handlers = {name: _once(raise_terminated) for name in _THAT_END if not _ignored(name)}
+    # An ignored SIGHUP stays ignored (nohup). A shell ignores SIGINT and SIGQUIT in background jobs of a
+    # script; a command obeys them all the same, as in rospy: a signal must stop the robot.
+    handlers = {
+        name: _once(raise_terminated)
+        for name in _THAT_END
+        if not _ignored(name) or (until_exit and name != "SIGHUP")
+    }
     interrupt = signal.getsignal(signal.SIGINT)
-    # A shell ignores it in background jobs of a script; an explicit SIGINT counts, as in rospy.
     if interrupt is signal.default_int_handler or (until_exit and interrupt is signal.SIG_IGN):
         handlers["SIGINT"] = _once(signal.default_int_handler)
     with _handled(handlers, until_exit=until_exit):

@@ -13,13 +13,14 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from rosproto import Master, Node
+from woosh_pure import SimulatedChassis
 
 pytestmark = pytest.mark.whole
 
@@ -197,6 +198,32 @@ def test_an_interrupt_ends_what_a_script_has_in_the_background(
     run = f"cd {tmp_path}; rosproto {line} --master {graph.uri} > out 2>&1 &"
     wait = f"for i in {{1..300}}; do [ {begun} ] && break; sleep 0.05; done"
     assert shell(f"{run} {wait}; kill -INT $!; wait $!; echo code $?").stdout == f"code {code}\n"
+
+
+@pytest.mark.promise("SIGQUIT (Ctrl-\\\\) or SIGHUP to a `woosh` command")
+@pytest.mark.parametrize(("name", "code"), [("INT", 130), ("QUIT", 143), ("TERM", 143)])
+def test_a_signal_stops_the_robot_of_a_background_job(
+    name: str, code: int, sim: SimulatedChassis, real_time: Callable[[], None], until: Callable[..., None]
+) -> None:
+    """A shell has SIGINT and SIGQUIT ignored in what it starts with `&`."""
+
+    def standing() -> bool:
+        with sim.lock:
+            return sim.world.body.velocity.is_standing()
+
+    woosh = f"{sys.executable} -m woosh_pure move 9 --master {sim.master_uri}"
+    line = f"{woosh} >&2 & echo $!; wait $!; echo code $?"
+    with subprocess.Popen(["bash", "-c", line], stdout=subprocess.PIPE, text=True, env=ENVIRONMENT) as script:
+        assert script.stdout is not None
+        command = int(script.stdout.readline())
+        try:
+            until(lambda: not standing(), 30.0, "the motion")
+            os.kill(command, getattr(signal, f"SIG{name}"))
+            until(standing, 5.0, "the stop")
+            assert script.stdout.readline() == f"code {code}\n"
+        finally:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(command, signal.SIGKILL)
 
 
 @pytest.mark.parametrize(
