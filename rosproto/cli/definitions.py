@@ -14,7 +14,7 @@ from .options import add_allow_damaged, add_json
 from .parser import near
 
 if TYPE_CHECKING:
-    from rosproto.msg import DefinitionLibrary, MessageSpec
+    from rosproto.msg import DefinitionLibrary
 
 
 def _add_arguments(kind: str, parser: argparse.ArgumentParser) -> None:
@@ -151,24 +151,17 @@ def _raw(library: DefinitionLibrary, kind: str, name: str) -> str:
 
 
 def _unfolded(library: DefinitionLibrary, kind: str, name: str) -> str:
+    from rosproto.msg.spec import unfolded
+
     if kind == "msg":
-        return "\n".join(_lines(library, library.message(name), ""))
-    if kind == "srv":
+        parts = [library.message(name)]
+    elif kind == "srv":
         service = library.service(name)
         parts = [service.request, service.response]
     else:
         action = library.action(name)
         parts = [action.goal, action.result, action.feedback]
-    return "\n---\n".join("\n".join(_lines(library, part, "")) for part in parts)
-
-
-def _lines(library: DefinitionLibrary, spec: MessageSpec, indent: str) -> list[str]:
-    lines = [f"{indent}{constant.type} {constant.name}={constant.value}" for constant in spec.constants]
-    for field in spec.fields:
-        lines.append(f"{indent}{field.type} {field.name}")
-        if not field.type.is_builtin:
-            lines += _lines(library, library.message(field.type.base), indent + "  ")
-    return lines
+    return "\n---\n".join("\n".join(unfolded(part, library.message)) for part in parts)
 
 
 def _list(arguments: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ Named tuples, not dataclasses: six frozen dataclasses and the modules they impor
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 try:
@@ -143,6 +143,22 @@ def md5_text(spec: MessageSpec, md5sum_of: Callable[[str], str]) -> str:
         kind = str(field.type) if field.type.is_builtin else md5sum_of(field.type.base)
         lines.append(f"{kind} {field.name}")
     return "\n".join(lines)
+
+
+def unfolded(spec: MessageSpec, message_of: Callable[[str], MessageSpec], indent: str = "") -> Iterator[str]:
+    """Yield the lines of a message's constants and fields, with the fields of used messages indented.
+
+    Args:
+        spec: The message.
+        message_of: Returns a used message by full name.
+        indent: In front of each line.
+    """
+    for constant in spec.constants:
+        yield f"{indent}{constant.type} {constant.name}={constant.value}"
+    for field in spec.fields:
+        yield f"{indent}{field.type} {field.name}"
+        if not field.type.is_builtin:
+            yield from unfolded(message_of(field.type.base), message_of, indent + "  ")
 
 
 def md5sum_of_texts(*texts: str) -> str:

@@ -1,6 +1,7 @@
 """rosmsg as far as programs import it: texts of definitions."""
 
 from rosproto.errors import DefinitionError
+from rosproto.msg.spec import unfolded
 from rosproto.rospy.finder import library
 
 
@@ -9,17 +10,7 @@ class ROSMsgException(Exception):
 
 
 def _spelled(spec, raw):
-    return spec.text if raw else "".join(line + "\n" for line in _lines(spec, ""))
-
-
-def _lines(spec, indent):
-    for constant in spec.constants:
-        yield "%s%s %s=%s" % (indent, constant.type, constant.name, constant.value)
-    for field in spec.fields:
-        yield "%s%s %s" % (indent, field.type, field.name)
-        base = str(field.type).partition("[")[0]
-        if "/" in base:
-            yield from _lines(library().message(base), indent + "  ")
+    return spec.text if raw else "".join(line + "\n" for line in unfolded(spec, library().message))
 
 
 def get_msg_text(type_, raw=False, rospack=None):
