@@ -81,7 +81,8 @@ class World:
         motion: The motion under way; None if there is none.
         localization: The robot's estimated pose.
         avoidance: The obstacle avoidance of the navigation.
-        emergency_stop, cable_plugged, robot_mode, work_mode: States that tests set by the methods.
+        emergency_stop, cable_plugged, robot_mode: States that the methods set.
+        work_mode: TASK; a test may assign another one, in which tasks are refused.
     """
 
     def __init__(self, site: Site | None = None, settings: Settings | None = None) -> None:

@@ -227,7 +227,8 @@ def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
     Raises:
         ChassisError: The download failed, is too large, or does not match the digest.
     """
-    from urllib.request import Request, urlopen  # imported late: not needed to start a vehicle
+    from http.client import HTTPException  # imported late: not needed to start a vehicle
+    from urllib.request import Request, urlopen
 
     where = printable(link)[:200]
     if urlsplit(link).scheme not in ("http", "https") or not urlsplit(link).hostname:
@@ -246,7 +247,7 @@ def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
                     raise ChassisError(f"{where}: more than {MOST_DOWNLOAD} bytes; send a smaller map")
                 if cancelled():
                     raise ChassisError("the download was cancelled")
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, HTTPException) as error:
         raise ChassisError(f"{where} could not be fetched: {error}") from error
     if digest and hashlib.new(kind, found).hexdigest() != digest.lower():
         raise ChassisError(f"{where}: what came is not what mapHash says ({kind})")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import socket
+import threading
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -244,6 +246,23 @@ def test_a_download_is_bounded_and_can_be_cancelled(served: str, monkeypatch: py
 
 
 @pytest.mark.promise("an http or https address, from which")
+def test_a_server_that_does_not_speak_http_is_one_sentence() -> None:
+    """As any other download that fails."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def answer() -> None:
+            connection, _ = server.accept()
+            with connection:
+                connection.recv(65536)
+                connection.sendall(b"hello\r\n\r\n")
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        with pytest.raises(ChassisError, match="could not be fetched: hello"):
+            fetch(f"http://127.0.0.1:{server.getsockname()[1]}/x", lambda: False)
+        thread.join()
+
+
 def test_what_is_no_map_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A file of anything, a ZIP of anything, two sheets, a picture that is not there, one too large."""
     assert unpack(packed(tmp_path / "good")).cells.shape == (20, 30)
