@@ -1,12 +1,21 @@
 """Parse values typed on a command line: `0.5`, `true`, `[1, 2]`, `{a: 1, b: two words}`.
 
 The part of YAML that people type into `_param:=value` and `param set`: scalars and flow collections. Every
-JSON text has the same value as in JSON. Block YAML, anchors and tags are not supported.
+JSON text has the same value as in JSON. Block YAML, anchors and tags are not supported; PyYAML reads them,
+with rosparam's angles by `angle_loader`.
 """
 
 from __future__ import annotations
 
-__all__ = ["parse_value"]
+import ast
+import math
+import operator
+import re
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+__all__ = ["angle_loader", "expression_tree", "parse_value"]
 
 DEPTH = 64
 """Deepest nesting of collections; the same limit as for XML-RPC, which transports the value."""
@@ -193,3 +202,67 @@ class _Parser:
         elif character in ESCAPES:
             return ESCAPES[character]
         raise self.wrong("a known escape after `\\`")
+
+
+# -- angles --------------------------------------------------------------------------------------------------
+
+_OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
+}
+
+
+def angle_loader(yaml: Any, wrong: Callable[[str, Any], Exception]) -> Any:
+    """PyYAML's safe loader with rosparam's angles: deg(90), rad(pi/2), !degrees 90.
+
+    Args:
+        yaml: PyYAML.
+        wrong: Returns the error for what is no angle; called with the unit and the node of the text.
+    """
+
+    class Loader(yaml.SafeLoader):  # type: ignore[misc]
+        """A subclass: PyYAML's shared class stays unchanged."""
+
+    def constructor(unit: str) -> Callable[[Any, Any], float]:
+        def construct(loader: Any, node: Any) -> float:
+            text = loader.construct_scalar(node).strip()
+            inner = text[4:-1] if text.startswith(f"{unit[:3]}(") and text.endswith(")") else text
+            try:
+                value = float(_arithmetic(expression_tree(inner)))
+            except (SyntaxError, ValueError, KeyError, ArithmeticError, RecursionError, MemoryError):
+                raise wrong(unit, node) from None
+            return value * math.pi / 180.0 if unit == "degrees" else value
+
+        return construct
+
+    for unit in ("degrees", "radians"):
+        pattern = re.compile(rf"{unit[:3]}\([^)]*\)$")
+        Loader.add_implicit_resolver(f"!{unit}", pattern, unit[0])
+        Loader.add_constructor(f"!{unit}", constructor(unit))
+    return Loader
+
+
+def expression_tree(text: str) -> ast.expr:
+    """Parse a Python expression, without Python's warnings about its style (`1if x else 2`).
+
+    Raises:
+        SyntaxError, ValueError, RecursionError, MemoryError: As `ast.parse`.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return ast.parse(text.strip(), mode="eval").body
+
+
+def _arithmetic(node: ast.expr) -> float:
+    """Compute a sum or product of numbers and pi; anything else is a KeyError."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
+        return node.value
+    if isinstance(node, ast.BinOp):
+        return _OPERATORS[type(node.op)](_arithmetic(node.left), _arithmetic(node.right))
+    if isinstance(node, ast.UnaryOp):
+        return _OPERATORS[type(node.op)](_arithmetic(node.operand))
+    return {"pi": math.pi}[getattr(node, "id", "")]

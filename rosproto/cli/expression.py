@@ -14,6 +14,8 @@ import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from rosproto.typed_values import expression_tree
+
 from .expression_sandbox import FUNCTIONS, STRING_METHODS, Bounds, LimitExceeded
 
 MAX_TEXT = 4096
@@ -88,17 +90,17 @@ class Expression:
         if len(text) > MAX_TEXT:
             raise ExpressionError(f"longer than {MAX_TEXT} characters", text[:40] + "…")
         try:
-            tree = ast.parse(text.strip(), mode="eval")
+            root = expression_tree(text)
         except SyntaxError as error:
             raise ExpressionError(f"not a Python expression: {error.msg}", text, error.offset) from None
         except (ValueError, RecursionError, MemoryError) as error:
             raise ExpressionError(f"not a Python expression: {error}", text) from None
-        nodes = list(ast.walk(tree.body))
+        nodes = list(ast.walk(root))
         if len(nodes) > MAX_NODES:
             raise ExpressionError(f"more than {MAX_NODES} parts", text)
-        if _depth(tree.body) > MAX_DEPTH:
+        if _depth(root) > MAX_DEPTH:
             raise ExpressionError(f"more than {MAX_DEPTH} parts inside one another", text)
-        self._root = tree.body
+        self._root = root
         self._check(nodes)
 
     def __call__(self, **values: object) -> object:
@@ -107,8 +109,13 @@ class Expression:
         Raises:
             ExpressionError: A field does not exist, types do not match, or a limit is exceeded.
         """
+        import numpy as np  # late: `--help` does without it
+
         try:
-            return _Walk(self.text, values).value(self._root)
+            with np.errstate(
+                all="ignore"
+            ):  # a division by zero is inf or nan, and no warning on the terminal
+                return _Walk(self.text, values).value(self._root)
         except ExpressionError:
             raise
         except LimitExceeded as error:

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import base64
 import itertools
-import math
 import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from rosproto.typed_values import parse_value
+from rosproto.typed_values import angle_loader, parse_value
 
 from .exit_codes import CommandError
 
@@ -153,36 +152,15 @@ def load_text(text: str, origin: str) -> Any:
 def _load_with_library(text: str, origin: str) -> Any:
     import yaml  # type: ignore[import-untyped]
 
+    def wrong(unit: str, node: Any) -> Exception:
+        what = f"{node.value.strip()!r} is no angle: write a number, or a sum or product of numbers and pi"
+        error: Exception = yaml.constructor.ConstructorError(None, None, what, node.start_mark)
+        return error
+
     try:
-        return yaml.load(text, Loader=_loader(yaml))
+        return yaml.load(text, Loader=angle_loader(yaml, wrong))
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         at = "" if mark is None else f", line {mark.line + 1}, column {mark.column + 1}"
         problem = getattr(error, "problem", None) or str(error)
         raise CommandError(f"{origin}{at}: not YAML: {' '.join(problem.split())}") from error
-
-
-def _loader(yaml: Any) -> Any:
-    """Return PyYAML's safe loader with rosparam's angles: deg(90), rad(pi/2), !degrees 90."""
-
-    class Loader(yaml.SafeLoader):  # type: ignore[misc]
-        """A subclass: PyYAML's shared class stays unchanged."""
-
-    for unit, factor in (("degrees", math.pi / 180.0), ("radians", 1.0)):
-        pattern = re.compile(rf"^{unit[:3]}\([^)]*\)$")
-        Loader.add_implicit_resolver(f"!{unit}", pattern, unit[0])
-        Loader.add_constructor(f"!{unit}", lambda loader, node, factor=factor: factor * _angle(yaml, node))
-    return Loader
-
-
-def _angle(yaml: Any, node: Any) -> float:
-    """Evaluate `deg(90)`, `rad(pi/2)` or the value of !degrees: a sum or product of numbers and pi."""
-    from .expression import Expression, ExpressionError
-
-    text = node.value.strip()
-    inner = text[text.index("(") + 1 : -1] if text.endswith(")") and text[:4] in ("deg(", "rad(") else text
-    try:
-        return float(Expression(inner, ())())  # type: ignore[arg-type]
-    except (ExpressionError, TypeError, ValueError) as error:
-        what = f"{text!r} is no angle: {error}"
-        raise yaml.constructor.ConstructorError(None, None, what, node.start_mark) from None

@@ -1,11 +1,9 @@
 """rosparam as far as programs import it: parameters, and YAML files of them."""
 
-import ast
-import math
-import operator
-
 import rosgraph
 import rosgraph.names
+
+from rosproto.typed_values import angle_loader, parse_value
 
 
 class RosParamException(Exception):
@@ -67,65 +65,13 @@ def _load(text):
     try:
         import yaml
     except ImportError:
-        from rosproto.typed_values import parse_value
-
         return parse_value(text)
-    return yaml.load(text, _loader(yaml))
+    return yaml.load(text, angle_loader(yaml, _invalid))
 
 
-def _loader(yaml):
-    """YAML with angles: deg(90), rad(pi/2)."""
-    import re
-
-    class Loader(yaml.SafeLoader):
-        pass
-
-    for tag, pattern, read, what in (
-        ("!degrees", r"deg\([^\)]*\)$", _from_degrees, "degree value"),
-        ("!radians", r"rad\([^\)]*\)$", _from_radians, "radian expression"),
-    ):
-        Loader.add_constructor(tag, _constructor(read, what))
-        Loader.add_implicit_resolver(tag, re.compile(pattern), None)
-    return Loader
-
-
-def _constructor(read, what):
-    def construct(loader, node):
-        text = loader.construct_scalar(node)
-        try:
-            return read(text.strip()[4:-1])
-        except (ValueError, SyntaxError, KeyError):
-            raise RosParamException("invalid %s: %s" % (what, text)) from None
-
-    return construct
-
-
-def _from_degrees(text):
-    return float(text) * math.pi / 180.0
-
-
-def _from_radians(text):
-    return float(_value(ast.parse(text.strip(), mode="eval").body))
-
-
-_OPERATORS = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.USub: operator.neg,
-}
-
-
-def _value(node):
-    """Arithmetic of numbers and pi; anything else is a KeyError."""
-    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
-        return node.value
-    if isinstance(node, ast.BinOp):
-        return _OPERATORS[type(node.op)](_value(node.left), _value(node.right))
-    if isinstance(node, ast.UnaryOp):
-        return _OPERATORS[type(node.op)](_value(node.operand))
-    return {"pi": math.pi}[getattr(node, "id", None)]
+def _invalid(unit, node):
+    what = "degree value" if unit == "degrees" else "radian expression"
+    return RosParamException("invalid %s: %s" % (what, node.value))
 
 
 def load_str(text, filename="", default_namespace=None, verbose=False):
@@ -135,7 +81,7 @@ def load_str(text, filename="", default_namespace=None, verbose=False):
     except ImportError:
         raise RosParamException("YAML files need PyYAML: pip install PyYAML") from None
     space = default_namespace or rosgraph.names.get_ros_namespace()
-    return [(values or {}, space) for values in yaml.load_all(text, _loader(yaml))]
+    return [(values or {}, space) for values in yaml.load_all(text, angle_loader(yaml, _invalid))]
 
 
 def load_file(filename, default_namespace=None, verbose=False):

@@ -234,6 +234,14 @@ def test_values_are_any_yaml_where_the_library_is(typed: str, value: object) -> 
         assert load_text(typed, "x") == value
 
 
+@pytest.mark.parametrize("typed", ["!degrees x", "- deg()", "!radians [1]", "- rad(1 / 0)", "- deg(2**9)"])
+def test_what_is_no_angle_is_one_sentence(typed: str) -> None:
+    """It names the place in the text."""
+    pytest.importorskip("yaml", reason="PyYAML is not installed (extra [cli])")
+    with pytest.raises(CommandError, match=r"x, line 1, column .*not YAML: "):
+        load_text(typed, "x")
+
+
 def test_without_the_library_one_line_values_work_and_others_name_the_extra(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 import numpy as np
@@ -49,6 +50,25 @@ class Point:
 def test_value(text: str, expected: object) -> None:
     """The harmless part of Python's expressions has Python's meaning."""
     assert Expression(text)(m=Point()) == expected
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("m.ranges / 0", [math.inf, math.inf, math.inf]),
+        ("m.ranges[0] / (m.ranges[0] - 1)", math.inf),
+        ("sum(m.ranges * 3e38) > 1", True),
+        ("1if m.ranges[0] else 2", 1),
+        (r"m.name == 'a\d'", False),
+    ],
+)
+def test_no_warning_of_python_or_numpy(text: str, expected: object) -> None:
+    """They would stand between the messages on a terminal; infinity is an answer."""
+    point = Point()
+    point.ranges = np.array([1, 2, 3], np.float32)  # type: ignore[assignment]
+    found = Expression(text)(m=point)
+    assert (found.tolist() if isinstance(found, np.ndarray) else found) == expected
 
 
 @pytest.mark.promise("are walked, not evaluated")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from rosproto.master import Master
 from tests.support.rospy_program import output
 
@@ -121,6 +123,26 @@ def test_small_modules_on_a_graph(tmp_path: Path) -> None:
             "[1, 2] ['/a', '/rosdistro', '/rosversion', '/run_id', '/small/x'] True",
             "True",
         ]
+
+
+def test_angles_of_parameter_files(tmp_path: Path) -> None:
+    """deg(), rad() and the tags; what is none is rosparam's own error."""
+    pytest.importorskip("yaml", reason="PyYAML is not installed (extra [cli])")
+    code = """
+        import rosparam
+        print(rosparam.load_str("[deg(90), rad(pi/2), !degrees 180, !radians 2*pi]", "", "/")[0][0])
+        for text in ("deg(x)", "!radians x", "deg(1if 1 else 2)"):
+            try:
+                rosparam.load_str(text, "")
+            except rosparam.RosParamException as error:
+                print(error)
+    """
+    assert output(code, tmp_path).splitlines() == [
+        "[1.5707963267948966, 1.5707963267948966, 3.141592653589793, 6.283185307179586]",
+        "invalid degree value: deg(x)",
+        "invalid radian expression: x",
+        "invalid degree value: deg(1if 1 else 2)",
+    ]
 
 
 def test_reconfigure_a_node(tmp_path: Path) -> None:
