@@ -22,6 +22,11 @@ def clock():
 
 
 @pytest.fixture
-def client(graph, clock):
-    with ActionClient(FakeNode(graph, "/me"), "act", ACTION, clock=clock) as client:
+def node(graph):
+    return FakeNode(graph, "/me")
+
+
+@pytest.fixture
+def client(node, clock):
+    with ActionClient(node, "act", ACTION, clock=clock) as client:
         yield client

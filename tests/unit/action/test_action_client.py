@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 
 import pytest
 
@@ -298,23 +299,23 @@ def test_waiting_has_a_deadline_and_says_how_far_the_goal_is(graph, client):
 
 
 @pytest.mark.parametrize("what", ["client", "node"])
-def test_closing_ends_a_wait(graph, client, what):
+def test_closing_ends_a_wait(node, client, what):
     handle = client.send_goal(Goal())
     if what == "client":
         client.close()
     else:
-        client._node.closed = True
+        node.closed = True
     with pytest.raises(ConnectionLost, match=f"the {what} was closed"):
         handle.wait(None)
 
 
-def test_a_closed_client_refuses_and_closing_twice_is_fine(graph, client):
+def test_a_closed_client_refuses_and_closing_twice_is_fine(graph, node, client):
     client.close()
     client.close()
     for call in (lambda: client.send_goal(Goal()), client.cancel_all, client.wait_for_server):
         with pytest.raises(LocalProtocolError, match="closed"):
             call()
-    assert client._node.closers == []
+    assert node.closers == []
     assert graph.subscribers == []
 
 
@@ -360,22 +361,32 @@ def test_finished_goals_are_forgotten_and_followed_ones_are_bounded(graph, clien
     assert handles[0].status is GoalStatus.LOST
     for handle in handles[1:]:
         graph.result(handle.goal_id, SUCCEEDED)
-    assert client._goals.followed == {}
+    assert repr(client).endswith(" 0 goals>")
 
 
-def test_a_cancel_at_once_needs_no_lock_and_its_bytes_are_those_of_any_cancel(graph, client):
+def test_a_cancel_at_once_needs_no_lock_and_its_bytes_are_those_of_any_cancel(
+    graph, client, clock, monkeypatch
+):
     goal = client.send_goal(Goal())
     held, release = threading.Event(), threading.Event()
 
-    def hold():
-        with client._goals._changed:  # what an interrupted frame may hold
-            held.set()
-            release.wait(20.0)
+    def hold(condition, timeout):
+        """Waits with the condition's lock, which an interrupted frame may hold."""
+        held.set()
+        release.wait(20.0)
+        clock.advance(timeout)
+        return condition.wait(0)
 
-    thread = threading.Thread(target=hold)
+    def wait():
+        with suppress(ConnectionLost):  # nobody mentions the goal
+            goal.wait(20.0)
+
+    monkeypatch.setattr(clock, "wait", hold)
+    thread = threading.Thread(target=wait)
     thread.start()
     assert held.wait(20.0)
     goal.cancel_at_once()
+    assert not release.is_set()
     release.set()
     thread.join(20.0)
     (at_once,) = graph.publishers["/act/cancel"].sent

@@ -85,31 +85,31 @@ def test_what_was_cancelled_before_it_began_is_not_called():
 
 
 def test_a_closed_pool_keeps_no_idle_thread_but_still_works():
-    async def main() -> Pool:
-        pool = Pool(4, idle_seconds=1000, name="close-test")
+    pool = Pool(1, idle_seconds=1000, name="close-test")
+
+    async def main() -> None:
         await pool.run(lambda: None)
         pool.close()
         assert await pool.run(lambda: 5) == 5
-        return pool
 
-    pool = asyncio.run(main())
+    asyncio.run(main())
+    assert_ended("close-test")
+    assert asyncio.run(pool.run(lambda: 6)) == 6  # in a new thread, since none counts as there
+
+
+def assert_ended(name: str) -> None:
+    """The threads of a pool end by themselves."""
     for thread in threading.enumerate():
-        if thread.name == "rosproto:close-test":
+        if thread.name == f"rosproto:{name}":
             thread.join(20)
-    assert pool._threads == 0
+            assert not thread.is_alive()
 
 
 def test_an_idle_thread_ends():
-    async def main() -> Pool:
-        pool = Pool(4, idle_seconds=0.01, name="idle-test")
-        await pool.run(lambda: None)
-        return pool
-
-    pool = asyncio.run(main())
-    for thread in threading.enumerate():
-        if thread.name == "rosproto:idle-test":
-            thread.join(20)
-    assert pool._threads == 0
+    pool = Pool(1, idle_seconds=0.01, name="idle-test")
+    asyncio.run(pool.run(lambda: None))
+    assert_ended("idle-test")
+    assert asyncio.run(pool.run(lambda: 5)) == 5
 
 
 def test_what_was_opened_for_a_cancelled_task_is_closed_again():

@@ -10,6 +10,7 @@ import pytest
 from rosproto.master import notifier as notifier_module
 from rosproto.master.notifications import Notification, ParamUpdate, PublisherUpdate
 from rosproto.master.notifier import DeliveryOutcome, Notifier
+from tests.support.victim import eventually
 
 DEADLINE = 20.0
 
@@ -19,6 +20,7 @@ class Nodes:
 
     def __init__(self) -> None:
         self.calls: list[Notification] = []
+        self.groups: list[str] = []  # of the threads that called: prompt or patient
         self.behave: dict[str, Callable[[Notification], DeliveryOutcome]] = {}
         self.opened = 0
         self.closed = 0
@@ -41,6 +43,7 @@ class Nodes:
         def send(self, note: Notification) -> DeliveryOutcome:
             with self.nodes.changed:
                 self.nodes.calls.append(note)
+                self.nodes.groups.append(threading.current_thread().name.rpartition("-")[2])
                 self.nodes.changed.notify_all()
             return self.nodes.behave.get(self.uri, lambda _: DeliveryOutcome.DONE)(note)
 
@@ -163,7 +166,7 @@ def test_a_node_that_wakes_up_gets_what_it_missed(nodes: Nodes, notifier: Notifi
     notifier.post(update("a", "q"))
     assert notifier.wait_until_quiet(DEADLINE)
     assert nodes.calls == [update("a", "p"), update("a", "p"), update("a", "q")]
-    assert notifier._suspects == {}
+    assert nodes.groups == ["prompt", "patient", "prompt"]
 
 
 def test_nobody_listening_is_final(nodes: Nodes, notifier: Notifier) -> None:
@@ -246,9 +249,7 @@ def test_threads_end_when_idle_and_start_again(nodes: Nodes, notifier: Notifier)
     for _ in range(2):
         notifier.post(update("a"))
         assert notifier.wait_until_quiet(DEADLINE)
-        for thread in list(notifier._prompt.threads):
-            thread.join(DEADLINE)
-        assert notifier.stats()["threads"] == 0
+        eventually(lambda: notifier.stats()["threads"] == 0)
     assert len(nodes.calls) == 2
     assert nodes.opened == nodes.closed == 2
 
@@ -265,8 +266,7 @@ def test_close_is_bounded_idempotent_and_final(nodes: Nodes, notifier: Notifier)
     notifier.close(timeout=0.05)
     notifier.post(update("b"))
     release.set()
-    for thread in list(notifier._prompt.threads):
-        thread.join(DEADLINE)
+    eventually(lambda: notifier.stats()["threads"] == 0)
     assert nodes.calls == [update("a")]
 
 
@@ -307,4 +307,9 @@ def test_the_list_of_silent_nodes_is_bounded(
         nodes.behave[uri] = lambda _: DeliveryOutcome.SILENT
         notifier.post(update(uri, "a"))
         assert notifier.wait_until_quiet(DEADLINE)
-    assert list(notifier._suspects) == uris[-3:]
+    nodes.behave.clear()
+    nodes.groups.clear()
+    for uri in uris:
+        notifier.post(update(uri, "b"))
+        assert notifier.wait_until_quiet(DEADLINE)
+    assert nodes.groups == ["prompt"] * 3 + ["patient"] * 3

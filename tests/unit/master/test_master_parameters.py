@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosproto.master.notifications import ParamUpdate
-from rosproto.master.parameters import ParameterTree, _checked_size, subscription_key
+from rosproto.master.parameters import ParameterTree, subscription_key
 
 A, B = "http://a:1/", "http://b:2/"
 
@@ -239,13 +239,30 @@ def test_a_subscriber_that_applies_every_update_has_the_right_value(
                 mirror.delete(update.parameter)
             elif update.value != {}:
                 mirror.set(update.parameter, update.value)
-    assert tree._bytes == _checked_size(tree._root)
+    whole = ParameterTree()
+    whole.set("/", tree.get("/"))
+    assert bytes_counted(tree) == bytes_counted(whole)
 
     def view(t: ParameterTree) -> object:
         # An empty namespace and an absent one look alike to a subscriber: both are announced as {}.
         return _without_empty(t.get(watched)) if t.has(watched) else None
 
     assert view(tree) == view(mirror) or (view(tree) in (None, {}) and view(mirror) in (None, {}))
+
+
+def bytes_counted(tree: ParameterTree) -> int:
+    """The smallest limit at which a tree takes one more value: what it counts, and that value."""
+    low, high = 0, 1 << 24
+    while low < high:
+        tree.max_bytes = middle = (low + high) // 2
+        try:
+            tree.set("/one more", 0)
+        except ValueError:
+            low = middle + 1
+        else:
+            tree.delete("/one more")
+            high = middle
+    return low
 
 
 def _without_empty(value: object) -> object:

@@ -199,7 +199,11 @@ def test_nodes_sent_away_are_remembered_up_to_a_bound(monkeypatch: pytest.Monkey
     graph = Registry()
     for number in range(5):
         graph.register_publisher("/n", "/t", "std_msgs/String", f"http://a:{number}/")
-    assert list(graph._evicted) == [("/n", "http://a:2/"), ("/n", "http://a:3/")]
+    for number in (3, 2):  # remembered: what they say late is not heard
+        graph.subscribe_param("/n", "/k/", f"http://a:{number}/")
+        assert graph.lookup_node("/n").value == "http://a:4/"
+    graph.subscribe_param("/n", "/k/", "http://a:1/")
+    assert graph.lookup_node("/n").value == "http://a:1/"
 
 
 def test_names_at_a_uri_are_found_in_any_spelling() -> None:

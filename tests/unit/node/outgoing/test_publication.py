@@ -3,29 +3,38 @@
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import pytest
 
 from rosproto import Master, Node, define
+from rosproto.codec.generated_source import Source
 from rosproto.node.outgoing import subscriber_link
 from rosproto.transport.unsent_bytes import UnsentBytes
 
 
-def test_the_encoder_is_made_when_somebody_subscribes() -> None:
+def test_the_encoder_is_made_when_somebody_subscribes(monkeypatch: pytest.MonkeyPatch) -> None:
     """A constructor does not wait for it, and most publishers of a robot never send anything."""
     kind = define("start_msgs/Once", "int32 number\nstring text\n")
+    made, compile_ = [], Source.compile
+
+    def noted(source: Source, name: str, type_name: str) -> Any:
+        made.append((name, type_name))
+        return compile_(source, name, type_name)
+
+    monkeypatch.setattr(Source, "compile", noted)
     with (
         Master(host="127.0.0.1", port=0) as master,
         Node("/n", master_uri=master.uri, host="127.0.0.1", rosout=False) as node,
         node.publisher("/t", kind) as publisher,
     ):
         publisher.publish(number=0, text="to nobody")
-        assert "encode" not in kind._binding._functions
+        assert ("encode", "start_msgs/Once") not in made
         with node.subscriber("/t", kind) as subscriber:
             publisher.wait_for_connection(20)
             publisher.publish(number=1, text="a")
             publisher.publish(number=2, text="b")
-            assert "encode" in kind._binding._functions
+            assert made.count(("encode", "start_msgs/Once")) == 1
             assert [(m.number, m.text) for m in (subscriber.next(timeout=5), subscriber.next(timeout=5))] == [
                 (1, "a"),
                 (2, "b"),
