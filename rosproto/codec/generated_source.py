@@ -127,18 +127,19 @@ def quickest(form: str, *, packs: bool) -> str:
 
 STRUCTS_KEPT = 4096
 LONGEST_SHARED = 256  # characters of a format; a Struct takes 32 bytes for each; long ones are rarely shared
-_methods: dict[tuple[str, str], Any] = {}
+shared_methods: dict[tuple[str, str], Any] = {}
+"""Methods of structs by format and name, shared by all types; at most `STRUCTS_KEPT`."""
 
 
 def _shared_method(form: str, method: str) -> Any:
     """One method per format for all types; the cache is bounded, because definitions are untrusted."""
-    found = _methods.get((form, method))
+    found = shared_methods.get((form, method))
     if found is None:
         found = getattr(Struct(quickest(form, packs=method == "pack")), method)
         if len(form) <= LONGEST_SHARED:
-            if len(_methods) >= STRUCTS_KEPT:
-                _methods.clear()
-            _methods[form, method] = found
+            if len(shared_methods) >= STRUCTS_KEPT:
+                shared_methods.clear()
+            shared_methods[form, method] = found
     return found
 
 

@@ -71,12 +71,18 @@ def test_a_flood_is_counted_instead_of_told(caplog: pytest.LogCaptureFixture) ->
 @pytest.mark.promise("the rest is counted")
 def test_a_flood_about_invented_things_is_bounded(caplog: pytest.LogCaptureFixture) -> None:
     """Peers invent names, so the sum of all is bounded as well, and what is remembered of them."""
-    said = PeerLog("rosproto.test.peers", lambda: 0.0)
+    now = [0.0]
+    said = PeerLog("rosproto.test.peers", lambda: now[0])
     for number in range(2000):
         said.info(f"/topic{number}", "! it is %s", number)
         said.warning(f"/topic{number}", "! it is %s", number)
     assert len(caplog.records) <= MOST_IN_ALL
-    assert len(said._limits) <= 256
+    caplog.clear()
+    for number in reversed(range(2000)):  # what is remembered of each is told with its next record
+        now[0] += WINDOW
+        said.warning(f"/topic{number}", "! it is %s", number)
+    assert len(caplog.records) == 2000
+    assert 0 < sum("left out" in record.getMessage() for record in caplog.records) <= 256
 
 
 @pytest.mark.promise("the rest is counted")

@@ -17,7 +17,6 @@ from rosproto.codec import (
     AnyMsg,
     Message,
     ValueStyle,
-    classes,
     decode,
     decoder,
     define,
@@ -246,16 +245,16 @@ def test_structs_kept_for_all_types_are_bounded(monkeypatch: pytest.MonkeyPatch)
     for index in range(1, 8):
         cls = define(f"a/Structs{index}", f"int8[{index}] a\nint32 x\n" + "float32 y\n" * (index % 2))
         assert decode(cls, encode(cls(x=index))).x == index
-        assert len(generated_source._methods) <= 2
+        assert len(generated_source.shared_methods) <= 2
 
 
 def test_long_structs_are_not_kept_for_all_types(monkeypatch: pytest.MonkeyPatch) -> None:
     """Few types share one, and it takes memory for each of its characters."""
-    monkeypatch.setattr(generated_source, "_methods", {})
+    monkeypatch.setattr(generated_source, "shared_methods", {})
     cls = define("a/LongStruct", "".join(f"int8 a{i}\nint16 b{i}\n" for i in range(150)))
     assert decode(cls, encode(cls(b149=7))).b149 == 7
     assert (
-        max(map(len, (form for form, _ in generated_source._methods)), default=0)
+        max(map(len, (form for form, _ in generated_source.shared_methods)), default=0)
         <= generated_source.LONGEST_SHARED
     )
 
@@ -271,21 +270,27 @@ def test_elements_of_numbers_and_times_small_and_large(fields: int) -> None:
         assert decode(cls, encode(message)) == message
 
 
-def test_classes_of_long_texts_are_collected_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.slow
+def test_classes_of_long_texts_are_collected_in_time() -> None:
     """They are in cycles, and so few objects that the collector would let hundreds of megabytes lie."""
-    monkeypatch.setattr(classes, "_DEFINED_CHARACTERS", 1000)
-    monkeypatch.setattr(classes, "_defined_since", 0)
-    gone = weakref.ref(define("a/Long0", "int8 x\n# " + "x" * 100, base=None))
-    classes._defined.clear()
+    collected: list[int] = []
+    gone: list[weakref.ref[type]] = []
+
+    def note(phase: str, info: dict[str, int]) -> None:
+        if phase == "stop":
+            collected.append(sum(each() is not None for each in gone))
+
     gc.disable()
+    gc.callbacks.append(note)
     try:
-        define("a/Long1", "int8 x\n# " + "x" * 1000)
-        assert gone() is not None
-        define("a/Long2", "int8 x\n# " + "x" * 1000)
-        assert gone() is None
+        for index in range(50):
+            gone.append(weakref.ref(define(f"a/Long{index}", "int8 x\n# " + "x" * 500_000, base=None)))
     finally:
+        gc.callbacks.remove(note)
         gc.enable()
-    assert classes._defined_since == 0
+    # After each 4 million characters, which are 9 texts; of 2 million the classes are kept.
+    assert 4 <= len(collected) <= 6
+    assert max(collected) <= 5
 
 
 class OneType:

@@ -131,9 +131,14 @@ def test_memory_is_bounded() -> None:
     reassembly = Reassembly(7, 100)
     with pytest.raises(TooLarge):
         received(reassembly, list(datagrams(frame(bytes(200)), 7, 1, 8 + 30)))
-    for number in range(2, 100):
-        reassembly.add(next(datagrams(frame(bytes(90)), 7, number, 8 + 30)))
-    assert len(reassembly._partial) == udpros.IN_PROGRESS
+    begun = {number: datagrams(frame(bytes(90)), 7, number, 8 + 30) for number in range(2, 100)}
+    for pieces in begun.values():
+        reassembly.add(next(pieces))
+    newest = range(100 - udpros.IN_PROGRESS, 100)
+    # The rest of the one before is as the begin of another, which takes the place of the oldest of them.
+    assert received(reassembly, list(begun[newest[0] - 1])) == []
+    rest = [piece for number in newest[1:] for piece in begun[number]]
+    assert len(received(reassembly, rest)) == udpros.IN_PROGRESS - 1
 
 
 @pytest.mark.parametrize(

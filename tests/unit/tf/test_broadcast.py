@@ -17,6 +17,7 @@ from rosproto.tf import (
     TransformListener,
 )
 from rosproto.time import Time
+from tests.support.victim import eventually
 
 TFMessage = message_class("tf2_msgs/TFMessage")
 
@@ -35,7 +36,8 @@ def test_what_is_sent_can_be_looked_up_at_its_exact_time(nodes):
     robot, laptop = nodes
     stamp = Time(1_700_000_000, 123_456_789)
     with TransformListener(laptop) as listener, TransformBroadcaster(robot) as broadcaster:
-        broadcaster._publisher.wait_for_connection(20)
+        with robot.publisher("/tf", TFMessage) as same:
+            same.wait_for_connection(20)
         message = Transform.planar("odom", "base", 3.0, 0.0, 0.0, stamp=stamp).to_message()
         broadcaster.send(Transform.planar("map", "odom", 1.0, 2.0, 0.5, stamp=stamp), message)
         found = listener.buffer.lookup("map", "base", stamp, timeout=20)
@@ -79,17 +81,17 @@ def test_nonsense_from_the_wire_is_counted_and_named_once(nodes, caplog):
 
 
 def test_a_clock_that_jumps_back_clears_what_moves(nodes, monkeypatch):
-    _, laptop = nodes
-    listener = TransformListener(laptop)
-    moving = TFMessage(transforms=[Transform.planar("map", "base", 1.0, 0, 0, stamp=100.0).to_message()])
-    static = TFMessage(transforms=[Transform.planar("base", "laser", 1.0, 0, 0).to_message()])
+    robot, laptop = nodes
     now = [100.0]
     monkeypatch.setattr(laptop.clock, "now", lambda: Time.from_sec(now[0]))
-    listener._moving(moving)
-    listener._static(static)
-    assert listener.buffer.can_lookup("map", "laser")
-    now[0] = 10.0
-    listener._moving(TFMessage(transforms=[]))
-    assert list(listener.buffer.frames()) == ["laser"]
+    listener = TransformListener(laptop)
+    with StaticTransformBroadcaster(robot) as fixed, robot.publisher("/tf", TFMessage) as moving:
+        fixed.send(Transform.planar("base", "laser", 1.0, 0, 0))
+        moving.wait_for_connection(20)
+        moving.publish(transforms=[Transform.planar("map", "base", 1.0, 0, 0, stamp=100.0).to_message()])
+        listener.buffer.wait("map", "laser", timeout=20)
+        now[0] = 10.0
+        moving.publish(transforms=[])
+        eventually(lambda: list(listener.buffer.frames()) == ["laser"])
     listener.close()
     listener.close()

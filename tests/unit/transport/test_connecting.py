@@ -30,7 +30,22 @@ def silent() -> Iterator[socket.socket]:
 
 
 class Begun(list[tuple[str, int]]):
-    """The addresses of the attempts so far."""
+    """The addresses of the attempts so far.
+
+    Attributes:
+        sockets: The socket of each.
+        instead: Where an attempt really goes, by its number.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sockets: list[socket.socket] = []
+        self.instead: dict[int, tuple[str, int]] = {}
+
+    @property
+    def open(self) -> list[int]:
+        """The numbers of the attempts whose sockets are open."""
+        return [number for number, sock in enumerate(self.sockets) if sock.fileno() != -1]
 
 
 @pytest.fixture
@@ -40,8 +55,9 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> Begun:
 
     class Noting(socket.socket):
         def connect(self, address: object) -> None:
+            addresses.sockets.append(self)
             addresses.append(address)  # type: ignore[arg-type]
-            super().connect(address)  # type: ignore[arg-type]
+            super().connect(addresses.instead.get(len(addresses) - 1, address))  # type: ignore[arg-type]
 
     monkeypatch.setattr(connecting, "FIRST_ATTEMPT_SECONDS", 0.05)
     monkeypatch.setattr(connecting, "NEXT_ATTEMPT_SECONDS", 0.02)
@@ -58,18 +74,19 @@ def test_connect_gives_a_blocking_tuned_socket() -> None:
         assert sock.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
 
 
-def test_a_late_answer_to_the_first_attempt_counts(silent: socket.socket, begun: Begun) -> None:
+def test_a_late_answer_to_the_first_attempt_counts(
+    silent: socket.socket, begun: Begun, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The first attempt is not given up while others are made."""
     with socket.create_server(("127.0.0.1", 0)) as open_one:
-        attempts = connecting._ConnectionAttempts(["127.0.0.1"], silent.getsockname()[1], Deadline(SOON))
-        assert attempts._begin() is None
-        (first,) = attempts._pending
-        attempts._port = open_one.getsockname()[1]
-        with open_one, attempts.run() as sock:  # type: ignore[union-attr]
-            assert sock.getpeername()[1] == open_one.getsockname()[1]
-        assert first in attempts._pending
-        attempts.close()
-        assert first.fileno() == -1
+        begun.instead[2] = open_one.getsockname()
+        open_then: list[list[int]] = []
+        note = begun.append
+        monkeypatch.setattr(begun, "append", lambda address: (note(address), open_then.append(begun.open)))
+        with connect("127.0.0.1", silent.getsockname()[1], Deadline(SOON)) as sock:
+            assert sock.getpeername() == open_one.getsockname()
+        assert open_then == [[0], [0, 1], [0, 1, 2]]
+        assert begun.open == []
 
 
 def test_one_that_is_back_is_found_by_the_next_attempt(
@@ -91,18 +108,23 @@ def test_one_that_is_back_is_found_by_the_next_attempt(
     assert len(begun) >= 4
 
 
-def test_what_is_pending_is_bounded(silent: socket.socket, begun: Begun) -> None:
-    attempts = connecting._ConnectionAttempts(["127.0.0.1"], silent.getsockname()[1], Deadline(0.6))
-    assert attempts.run() is None
-    end = Deadline(60.0)
-    while len(begun) <= connecting.MOST_PENDING:  # a busy machine begins few in its time
-        assert not end.expired
-        attempts._deadline = Deadline(0.6)
-        assert attempts.run() is None
-    assert len(attempts._pending) == connecting.MOST_PENDING
-    pending = list(attempts._pending)
-    attempts.close()
-    assert all(sock.fileno() == -1 for sock in pending)
+def test_what_is_pending_is_bounded(
+    silent: socket.socket, begun: Begun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    last, note = connecting.MOST_PENDING + 4, begun.append
+    open_then: list[int] = []
+
+    def refused_in_the_end(address: tuple[str, int]) -> None:
+        note(address)
+        if len(begun) == last:
+            open_then.extend(begun.open)
+            raise ConnectionRefusedError(errno.ECONNREFUSED, "refused")
+
+    monkeypatch.setattr(begun, "append", refused_in_the_end)
+    with pytest.raises(ConnectionLost, match="refused"):
+        connect("127.0.0.1", silent.getsockname()[1], Deadline(60.0))
+    assert open_then == list(range(3, last)), "those that are pending, and this one"
+    assert begun.open == []
 
 
 def test_a_silent_peer_costs_the_deadline_and_is_named(silent: socket.socket) -> None:

@@ -9,6 +9,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
@@ -298,15 +299,18 @@ def test_close_waits_for_a_stubborn_handler_only_so_long(clients: list[socket.so
 def test_running_out_of_file_descriptors_is_survived_and_logged_once(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch, clients: list[socket.socket]
 ) -> None:
-    class Exhausted:
-        def accept(self) -> None:
+    accept, left = socket.socket.accept, [3]
+
+    def exhausted(listener: socket.socket) -> Any:
+        if listener.getsockname()[1] == server.port and left[0]:
+            left[0] -= 1
             raise OSError(errno.EMFILE, "Too many open files")
+        return accept(listener)
 
     monkeypatch.setattr(tcp_server, "_ACCEPT_PAUSE", 0)
     holder = Holder()
     with TcpServer("127.0.0.1", 0, holder) as server, caplog.at_level(logging.WARNING):
-        for _ in range(3):
-            server._accept_one(Exhausted())  # type: ignore[arg-type]
+        monkeypatch.setattr(socket.socket, "accept", exhausted)
         connect(server, clients)
         holder.wait()
         assert server.stats.failed == 3

@@ -205,7 +205,8 @@ def test_goals_of_other_clients_are_known_by_the_name_in_their_id():
         return SimpleNamespace(status_list=entries)
 
     other_goals = OtherGoals()
-    other_goals._own_name = "/me_1"
+    silent = SimpleNamespace(stats=list)
+    other_goals.listen(SimpleNamespace(name="/me_1", subscriber=lambda *_, **__: silent))
     other_goals.receive(
         "/move_base", message(("/me_1-4-1.0", 1), ("/laptop-1-1.5", 1), ("/ros_interface-2-3.0", 1))
     )

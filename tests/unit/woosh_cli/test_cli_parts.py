@@ -344,10 +344,10 @@ def test_a_silent_chassis_is_told() -> None:
     scene.ages = {"pose": 9.0}
     assert "SILENT for 9 s" in "\n".join(Screen(coloured=False).render(scene, 100, 30))
     assert "not known" in "\n".join(Screen(coloured=False).render(scene, 100, 30))  # and not `ready`
-    _, silent, pose, *_ = watch._line(scene)
+    _, silent, pose, *_ = watch.one_line(scene)
     assert silent == "SILENT for 9 s, before that:"
     assert pose.startswith("x ")
-    assert "SILENT" not in "".join(watch._line(full_scene()))
+    assert "SILENT" not in "".join(watch.one_line(full_scene()))
 
 
 @pytest.mark.parametrize(

@@ -96,11 +96,12 @@ def _by_line(observer: Observer, out: Output, period: float, deadline: Deadline)
     while not deadline.expired:
         time.sleep(period)
         scene = observer.look()
-        out.line("  ".join(map(out.say, _line(scene))))
+        out.line("  ".join(map(out.say, one_line(scene))))
         out.record(_document(scene))
 
 
-def _line(scene: Scene) -> list[str]:
+def one_line(scene: Scene) -> list[str]:
+    """What a line of `--lines` tells: the time, then each fact."""
     v, b, s = scene.velocity, scene.battery, scene.status
     parts = [
         time.strftime("%H:%M:%S"),

@@ -50,7 +50,8 @@ def test_frames_are_sent_first_and_when_they_moved(nodes: tuple[Node, Node]) -> 
         ActionClient(robot, "/tf2_web_republisher", "tf2_web_republisher/TFSubscription") as client,
     ):
         client.wait_for_server(5)
-        moving._publisher.wait_for_connection(5)
+        with robot.publisher("/tf", "tf2_msgs/TFMessage") as same:
+            same.wait_for_connection(5)
         fixed.send(Transform.planar("base", "laser", 1.0, 0.0, 0.0))
         moving.send(Transform.planar("map", "base", 1.0, 0.0, 0.0, stamp=1.0))
         came: dict[str, list[object]] = {}

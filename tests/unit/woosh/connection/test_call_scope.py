@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import threading
-from typing import Any
 
 import pytest
 
 from woosh_pure.connection.call_scope import CallScope, call_scope, current
 from woosh_pure.errors import MotionRefused
-from woosh_pure.motion.goal_handle import GoalHandle
+from woosh_pure.motion.motion import Motion
 
 
 def test_what_has_begun_is_ended_and_nothing_more_begins():
@@ -53,8 +52,16 @@ def test_a_thread_notes_what_it_begins_and_no_other_does():
     assert seen == [None]
 
 
-def test_a_goal_is_cancelled_although_the_thread_that_sends_it_has_not_started():
+def test_a_goal_is_cancelled_although_the_thread_that_sends_it_has_not_started(monkeypatch):
     """The thread is made, then started; a cancel of another thread came between, and raised RuntimeError."""
-    handle: GoalHandle[Any] = GoalHandle(None, "a goal", 1.0)  # type: ignore[arg-type]
-    handle._motion._sending = threading.Thread(target=print)
-    handle._motion.await_sent(0.1)
+    motion, between = Motion(None, "a goal", None), []  # type: ignore[arg-type]
+    start = threading.Thread.start
+
+    def cancelled_first(thread):
+        motion.await_sent(0.1)
+        between.append(motion.being_sent)
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", cancelled_first)
+    assert motion.send(lambda: "sent") == "sent"
+    assert between == [False]

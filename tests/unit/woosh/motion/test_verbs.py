@@ -50,6 +50,12 @@ VERBS = sorted(
 )
 
 
+class Verbs(MotionVerbs):
+    """The verbs without a chassis: what they hand on reaches nobody."""
+
+    _components = None  # type: ignore[assignment]
+
+
 def options(name: str) -> list[str]:
     """The options of a verb; those of `**options`, too."""
     found = inspect.signature(getattr(MotionVerbs, name)).parameters.values()
@@ -63,9 +69,7 @@ def handed_on(monkeypatch: pytest.MonkeyPatch, name: str) -> tuple[Any, dict[str
     calls: list[tuple[Any, dict[str, Any]]] = []
     for start in ("start_task", "start_navigation", "start_steps"):
         monkeypatch.setattr(verbs, start, lambda _, what, **how: calls.append((what, how)))
-    robot = MotionVerbs()
-    robot._components = None  # type: ignore[assignment]
-    getattr(robot, name)(*ARGUMENTS[name], **{option: GIVEN[option] for option in options(name)})
+    getattr(Verbs(), name)(*ARGUMENTS[name], **{option: GIVEN[option] for option in options(name)})
     (call,) = calls
     return call
 

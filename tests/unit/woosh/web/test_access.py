@@ -174,11 +174,17 @@ def test_orders_are_counted_for_each_address() -> None:
 
 
 def test_addresses_do_not_pile_up() -> None:
-    access = AccessRules("correct-horse")
-    for i in range(3 * MOST_BUCKETS):
-        access.check_rate(f"{i}", 0.0)
-        access.check_token("wrong", f"{i}", 0.0)
-    assert len(access._moves) == len(access._guesses) == MOST_BUCKETS
+    """Of as many others an address is remembered, of one more it is not."""
+    for others, remembered in ((MOST_BUCKETS - 1, True), (MOST_BUCKETS, False)):
+        access = AccessRules("correct-horse")
+        for _ in range(12):
+            access.check_rate("a", 0.0)
+            access.check_token("wrong", "a", 0.0)
+        for i in range(others):
+            access.check_rate(f"{i}", 0.0)
+            access.check_token("wrong", f"{i}", 0.0)
+        assert (access.check_rate("a", 0.0) is not None) == remembered
+        assert access.check_token("wrong", "a", 0.0).status == (429 if remembered else 401)  # type: ignore[union-attr]
 
 
 def test_a_bucket_does_not_fill_beyond_its_burst_or_by_a_clock_that_goes_back() -> None:
