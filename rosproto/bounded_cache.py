@@ -52,31 +52,6 @@ class BoundedCache(Generic[K, V]):
             while len(self._entries) > self.most or self._weight > self.weight:
                 self._take(next(iter(self._entries)))
 
-    def pop(self, key: K) -> V | None:
-        """Remove an entry and return its value; None if there is none."""
-        with self._lock:
-            return self._take(key)
-
-    def clear(self) -> None:
-        """Remove all entries."""
-        with self._lock:
-            self._entries.clear()
-            self._weight = 0
-
-    def keys(self) -> list[K]:
-        """All keys, least recently used first."""
-        with self._lock:
-            return list(self._entries)
-
-    def _take(self, key: K) -> V | None:
-        found = self._entries.pop(key, None)
-        if found is None:
-            return None
-        self._weight -= found[1]
-        return found[0]
-
-    def __contains__(self, key: K) -> bool:
-        return key in self._entries
-
-    def __len__(self) -> int:
-        return len(self._entries)
+    def _take(self, key: K) -> None:
+        _, weight = self._entries.pop(key, (None, 0))
+        self._weight -= weight
