@@ -14,7 +14,7 @@ from typing import Protocol
 
 from rosproto.errors import DefinitionError
 from rosproto.files import read_file
-from rosproto.msg.parser import is_legal_base
+from rosproto.names import is_legal_base_name
 
 KINDS = ("msg", "srv", "action")
 SEARCH_DEPTH = 6
@@ -117,7 +117,7 @@ class Folder:
                 for base, dot, end in (n.rpartition(".") for n in self.tree.names(*self.parts, kind))
                 if end == kind
             )
-            direct = frozenset(base for base in bases if is_legal_base(base))
+            direct = frozenset(base for base in bases if is_legal_base_name(base))
             found = direct | {other for other, name in self.aliases().items() if name in direct}
             self._names[kind] = found
         return found
@@ -174,7 +174,7 @@ def bundled_source() -> DefinitionSource:
     root = import_module("msgdefs").__path__[0]
     tree: Tree = FileTree(root) if os.path.isdir(root) else ResourceTree("msgdefs")
     return DefinitionSource(
-        "msgdefs", {name: [Folder(tree, name)] for name in tree.names() if is_legal_base(name)}
+        "msgdefs", {name: [Folder(tree, name)] for name in tree.names() if is_legal_base_name(name)}
     )
 
 

@@ -86,6 +86,7 @@ def test_definitions_are_read_from_a_zip(tmp_path: Path) -> None:
         for pattern in (
             "rosproto/errors.py",
             "rosproto/files.py",
+            "rosproto/names.py",
             "rosproto/sentence.py",
             "rosproto/text.py",
             "rosproto/msg/*.py",
