@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from functools import cache
 from itertools import repeat, starmap
 from typing import Any
 
@@ -32,9 +33,7 @@ from rosproto.codec.generated_source import (
     Source,
     flat_codes,
     length_offsets,
-    merge_codes,
     strings_inside,
-    structs,
 )
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.value_style import ValueStyle
@@ -175,7 +174,7 @@ class _DecodeWriter:
 
             if field.code == "?":
                 return f"{src.constant(arrays.bool_view)}(b, {n}, {where})"
-            dtype = src.constant(shared_dtype(np, DTYPES[field.base]), "t")
+            dtype = src.constant(shared_dtype(DTYPES[field.base]), "t")
             return f"{src.constant(np.frombuffer, 'f')}(b, {dtype}, {n}, {where})"
         if field.code == "B":
             return f"{src.constant(plain_bytes)}(b, {n}, {where})"
@@ -483,14 +482,13 @@ class _DecodeWriter:
         src.line(f"{size} = {element.min_size}{before}")
         src.line(f"p = i+{n}*{size}")
         src.indent("if p <= e:")
-        cache = src.constant(structs(merge_codes(codes), "iter_unpack"), "j")
-        key = first[0] if strings == 1 else f"({', '.join(first)})"
+        unpack = src.struct_for(codes, first, "iter_unpack")
         last = [src.fresh("r") for _ in range(strings)]
         done = [src.fresh("v") for _ in range(strings)]
         src.line(f"{' = '.join(last)} = None")
         lengths: list[str] = []
         texts: list[str] = []
-        top = self.unpacking(element, f"{cache}({key})(b[i:p])", lengths, texts)
+        top = self.unpacking(element, f"({unpack})(b[i:p])", lengths, texts)
         differs = " or ".join(f"{a} != {q}" for a, q in zip(lengths, first, strict=True))
         src.line(f"if {differs}: break")
         for (target, text), old, value in zip(self.string_targets, last, done, strict=True):
@@ -509,12 +507,9 @@ def plain_bytes(buffer: Any, count: int, offset: int) -> bytes:
     return bytes(buffer[offset : offset + count])
 
 
-_dtypes: dict[str, Any] = {}
-
-
-def shared_dtype(np: Any, name: str) -> Any:
+@cache
+def shared_dtype(name: str) -> Any:
     """One dtype object per name: the encoder compares by identity."""
-    found = _dtypes.get(name)
-    if found is None:
-        found = _dtypes[name] = np.dtype(name)
-    return found
+    import numpy as np
+
+    return np.dtype(name)

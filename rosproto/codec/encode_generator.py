@@ -24,7 +24,6 @@ All fixed-size fields and strings between two arrays are packed by one struct; a
 
 from __future__ import annotations
 
-import struct
 from collections import UserString
 from collections.abc import Callable
 from typing import Any
@@ -37,14 +36,12 @@ from rosproto.codec.decode_generator import (
     MAX_STATEMENTS,
     shared_dtype,
 )
-from rosproto.codec.generated_source import Source, flat_codes, merge_codes, quickest
+from rosproto.codec.generated_source import CACHED_LENGTH, Source, flat_codes
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.value_style import ValueStyle
 
 MAX_STRINGS = 6
 """Maximum number of strings packed by one struct: the lengths of more strings rarely repeat."""
-CACHED_STRUCTS = 256
-CACHED_LENGTH = 512
 FOURS_FROM = 32
 """Minimum number of elements for packing them in fours."""
 SMALL_ARRAY = 1024
@@ -146,7 +143,7 @@ class _EncodeWriter:
         elif self.lengths:
             if self.loops:
                 self.src.indent(f"if {pack} is None:")
-            self.struct_for(self.codes, self.lengths, pack)
+            self.src.line(f"{pack} = {self.src.struct_for(self.codes, self.lengths, 'pack')}")
             if self.loops:
                 self.src.dedent()
         self.single_pack = not self.joined
@@ -169,19 +166,10 @@ class _EncodeWriter:
         for now, s, n in zip(texts, encoded, self.lengths, strict=True):
             src.line(f"{s} = {self.encoded(now)}")
             src.line(f"{n} = len({s})")
-        self.struct_for(self.codes, self.lengths, self.pack)
+        src.line(f"{self.pack} = {src.struct_for(self.codes, self.lengths, 'pack')}")
         src.line(f"if {'+'.join(self.lengths)} <= {CACHED_LENGTH}:")
         src.line(f"    {last} = ({', '.join(texts)}, {self.pack}, {pairs})")
         src.dedent()
-
-    def struct_for(self, codes: list[str], lengths: list[str], pack: str) -> None:
-        """Set the local `pack` to the struct's `pack` for these string lengths."""
-        src = self.src
-        known: dict[Any, Any] = {}
-        key = lengths[0] if len(lengths) == 1 else f"({', '.join(lengths)})"
-        cache = src.constant(known.get, "g")
-        miss = src.constant(_struct_maker(merge_codes(codes), known), "x")
-        src.line(f"{pack} = {cache}({key}) or {miss}({key})")
 
     # -- fields ------------------------------------------------------------------------------
 
@@ -348,7 +336,7 @@ class _EncodeWriter:
             return (f"type({array}) is bytes", f"len({array})") if field.code == "B" else ("0", "0")
         import numpy as np
 
-        dtype = src.constant(shared_dtype(np, name), "t")
+        dtype = src.constant(shared_dtype(name), "t")
         return (
             f"type({array}) is {src.constant(np.ndarray, 'n')} and {array}.dtype is {dtype}",
             f"{array}.size",
@@ -440,16 +428,3 @@ def _has_lists(layout: Layout) -> bool:
         (f.is_array and f.kind != "number") or (f.layout is not None and _has_lists(f.layout))
         for f in layout.fields
     )
-
-
-def _struct_maker(form: str, known: dict[Any, Any]) -> Callable[[Any], Any]:
-    """Make a function that returns `pack` for given string lengths, with a bounded cache."""
-
-    def make(lengths: Any) -> Any:
-        pack = struct.Struct(quickest(form % lengths, packs=True)).pack
-        longest = lengths if type(lengths) is int else max(lengths)
-        if longest <= CACHED_LENGTH and len(known) < CACHED_STRUCTS:
-            known[lengths] = pack
-        return pack
-
-    return make

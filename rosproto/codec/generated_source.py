@@ -85,6 +85,12 @@ class Source:
         """The global name of a method of a precompiled little-endian struct."""
         return self.constant(_shared_method(merge_codes(codes), method), method[0])
 
+    def struct_for(self, codes: list[str], lengths: list[str], method: str) -> str:
+        """The expression for a method of the struct whose strings have the lengths in these locals."""
+        known, make = _struct_maker(codes, method)
+        key = lengths[0] if len(lengths) == 1 else f"({', '.join(lengths)})"
+        return f"{self.constant(known, 'g')}({key}) or {self.constant(make, 'x')}({key})"
+
     @property
     def text(self) -> str:
         return "\n".join([*self._head, *self._lines]) + "\n"
@@ -183,16 +189,25 @@ def strings_inside(layout: Layout) -> int | None:
     return total
 
 
-def structs(form: str, method: str) -> Callable[[Any], Any]:
-    """A function that returns a struct's method for given string lengths, with a small cache."""
+CACHED_STRUCTS = 256
+CACHED_LENGTH = 512
+
+
+def _struct_maker(codes: list[str], method: str) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+    """Two functions of the lengths of a run's strings: the method of its struct if known, and a new one.
+
+    Lengths are one number, or a tuple for several strings. The cache is bounded.
+    """
+    form = merge_codes(codes)
     known: dict[Any, Any] = {}
 
-    def chosen(lengths: Any) -> Any:
-        found = known.get(lengths)
-        if found is None:
-            if len(known) >= 64:
+    def make(lengths: Any) -> Any:
+        found = getattr(Struct(quickest(form % lengths, packs=method == "pack")), method)
+        longest = lengths if type(lengths) is int else max(lengths)
+        if longest <= CACHED_LENGTH:
+            if len(known) >= CACHED_STRUCTS:
                 known.clear()
-            found = known[lengths] = getattr(struct.Struct(quickest(form % lengths, packs=False)), method)
+            known[lengths] = found
         return found
 
-    return chosen
+    return known.get, make

@@ -16,41 +16,28 @@ from rosproto.msg import DefinitionLibrary
 from rosproto.msg.parser import INTEGER_RANGES
 from rosproto.msg.spec import Field, MessageSpec
 
-FORMATS = {
-    "bool": "?",
-    "int8": "b",
-    "byte": "b",
-    "uint8": "B",
-    "char": "B",
-    "int16": "h",
-    "uint16": "H",
-    "int32": "i",
-    "uint32": "I",
-    "int64": "q",
-    "uint64": "Q",
-    "float32": "f",
-    "float64": "d",
+_NUMBERS = {
+    "bool": ("?", "?"),
+    "int8": ("b", "i1"),
+    "byte": ("b", "i1"),
+    "uint8": ("B", "u1"),
+    "char": ("B", "u1"),
+    "int16": ("h", "<i2"),
+    "uint16": ("H", "<u2"),
+    "int32": ("i", "<i4"),
+    "uint32": ("I", "<u4"),
+    "int64": ("q", "<i8"),
+    "uint64": ("Q", "<u8"),
+    "float32": ("f", "<f4"),
+    "float64": ("d", "<f8"),
 }
+FORMATS = {name: code for name, (code, _) in _NUMBERS.items()}
 """struct codes; byte is a signed and char an unsigned octet (genmsg)."""
+DTYPES = {name: dtype for name, (_, dtype) in _NUMBERS.items()}
+"""Types of numpy."""
 
 RANGES_BY_CODE = {"?": (0, 255), **{FORMATS[kind]: bounds for kind, bounds in INTEGER_RANGES.items()}}
 """Least and greatest integer; a bool may be any octet, as in genpy."""
-
-DTYPES = {
-    "bool": "?",
-    "int8": "i1",
-    "byte": "i1",
-    "uint8": "u1",
-    "char": "u1",
-    "int16": "<i2",
-    "uint16": "<u2",
-    "int32": "<i4",
-    "uint32": "<u4",
-    "int64": "<i8",
-    "uint64": "<u8",
-    "float32": "<f4",
-    "float64": "<f8",
-}
 
 MAX_DEPTH = 64
 MAX_OBJECTS = 1 << 16
