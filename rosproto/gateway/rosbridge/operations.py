@@ -47,10 +47,20 @@ Payload = str | bytes
 
 
 @dataclass(frozen=True, slots=True)
-class Advertise:
-    """The client will publish on a topic."""
+class Operation:
+    """What a client may send; `OPERATIONS` finds all classes below that derive from it.
+
+    Attributes:
+        id: The client's, repeated in the answer.
+    """
 
     id: Id
+
+
+@dataclass(frozen=True, slots=True)
+class Advertise(Operation):
+    """The client will publish on a topic."""
+
     topic: Name
     type: Name
     latch: Flag = False
@@ -58,22 +68,20 @@ class Advertise:
 
 
 @dataclass(frozen=True, slots=True)
-class Unadvertise:
+class Unadvertise(Operation):
     """The client stops publishing on a topic; without an id, all its advertisements end."""
 
-    id: Id
     topic: Name
 
 
 @dataclass(frozen=True, slots=True)
-class Publish:
+class Publish(Operation):
     """The client publishes a message. If it has not advertised the topic, the type is the graph's.
 
     Attributes:
         msg: The message by field; by default, all fields have their default values.
     """
 
-    id: Id
     topic: Name
     msg: Anything = field(default_factory=dict)
     latch: Flag = False
@@ -81,7 +89,7 @@ class Publish:
 
 
 @dataclass(frozen=True, slots=True)
-class Subscribe:
+class Subscribe(Operation):
     """The client subscribes to a topic; ids distinguish several subscriptions of one topic.
 
     Attributes:
@@ -91,7 +99,6 @@ class Subscribe:
         fragment_size: Longest text that is not cut into fragments; None for no limit.
     """
 
-    id: Id
     topic: Name
     type: Text | None = None
     throttle_rate: Count = 0
@@ -101,15 +108,14 @@ class Subscribe:
 
 
 @dataclass(frozen=True, slots=True)
-class Unsubscribe:
+class Unsubscribe(Operation):
     """The client ends a subscription; without an id, all of the topic."""
 
-    id: Id
     topic: Name
 
 
 @dataclass(frozen=True, slots=True)
-class CallService:
+class CallService(Operation):
     """The client calls a service; `Protocol.service_response` is the answer.
 
     Attributes:
@@ -120,7 +126,6 @@ class CallService:
         long: The message was long: only few such calls may be unanswered at a time.
     """
 
-    id: Id
     service: Name
     asked: str
     args: Arguments | None = None
@@ -131,24 +136,22 @@ class CallService:
 
 
 @dataclass(frozen=True, slots=True)
-class AdvertiseService:
+class AdvertiseService(Operation):
     """The client starts providing a service; it gets the calls by `Protocol.call_service`."""
 
-    id: Id
     service: Name
     type: Name
 
 
 @dataclass(frozen=True, slots=True)
-class UnadvertiseService:
+class UnadvertiseService(Operation):
     """The client stops providing a service."""
 
-    id: Id
     service: Name
 
 
 @dataclass(frozen=True, slots=True)
-class ServiceResponse:
+class ServiceResponse(Operation):
     """The client's answer to a call of its service.
 
     Attributes:
@@ -157,14 +160,13 @@ class ServiceResponse:
         result: False if the call failed. roslib omits it when a page's callback returns nothing.
     """
 
-    id: Id
     service: Name
     values: Anything = None
     result: Flag = False
 
 
 @dataclass(frozen=True, slots=True)
-class SendActionGoal:
+class SendActionGoal(Operation):
     """The client sends a goal; `Protocol.action_feedback` and `action_result` are the answers.
 
     Attributes:
@@ -173,7 +175,6 @@ class SendActionGoal:
         long: As for `CallService`.
     """
 
-    id: Id
     action: Name
     asked: str
     action_type: Name
@@ -185,41 +186,37 @@ class SendActionGoal:
 
 
 @dataclass(frozen=True, slots=True)
-class CancelActionGoal:
+class CancelActionGoal(Operation):
     """The client cancels the goal with this id."""
 
-    id: Id
     action: Name
 
 
 @dataclass(frozen=True, slots=True)
-class AdvertiseAction:
+class AdvertiseAction(Operation):
     """The client starts providing an action; it gets the goals by `Protocol.send_action_goal`."""
 
-    id: Id
     action: Name
     type: Name
 
 
 @dataclass(frozen=True, slots=True)
-class UnadvertiseAction:
+class UnadvertiseAction(Operation):
     """The client stops providing an action."""
 
-    id: Id
     action: Name
 
 
 @dataclass(frozen=True, slots=True)
-class ActionFeedback:
+class ActionFeedback(Operation):
     """The client's feedback on a goal; `id` is that of `Protocol.send_action_goal`."""
 
-    id: Id
     action: Name
     values: Anything = None
 
 
 @dataclass(frozen=True, slots=True)
-class ActionResult:
+class ActionResult(Operation):
     """The client's result of a goal.
 
     Attributes:
@@ -229,7 +226,6 @@ class ActionResult:
         result: False if the goal failed.
     """
 
-    id: Id
     action: Name
     values: Anything = None
     status: Status = 0
@@ -237,10 +233,9 @@ class ActionResult:
 
 
 @dataclass(frozen=True, slots=True)
-class Auth:
+class Auth(Operation):
     """The client authenticates with credentials of rosauth."""
 
-    id: Id
     mac: Text
     client: Text = ""
     dest: Text = ""
@@ -251,33 +246,10 @@ class Auth:
 
 
 @dataclass(frozen=True, slots=True)
-class SetLevel:
+class SetLevel(Operation):
     """The client chooses the level of its status messages; `Protocol` has applied it already."""
 
-    id: Id
     level: StatusLevel
-
-
-Operation = (
-    Advertise
-    | Unadvertise
-    | Publish
-    | Subscribe
-    | Unsubscribe
-    | CallService
-    | AdvertiseService
-    | UnadvertiseService
-    | ServiceResponse
-    | SendActionGoal
-    | CancelActionGoal
-    | AdvertiseAction
-    | UnadvertiseAction
-    | ActionFeedback
-    | ActionResult
-    | Auth
-    | SetLevel
-)
-"""What a client may send."""
 
 
 # -- requests of the protocol itself
@@ -352,7 +324,11 @@ def _fields(kind: Any) -> tuple[Field, ...]:
     return tuple(found)
 
 
-OPERATIONS = {op_of(kind): Row(kind, _fields(kind)) for kind in get_args(Operation)}
+OPERATIONS = {
+    op_of(kind): Row(kind, _fields(kind))
+    for kind in list(globals().values())
+    if isinstance(kind, type) and issubclass(kind, Operation) and kind is not Operation
+}
 _NULL_IS_A_VALUE = frozenset({"msg"})  # `from_values` refuses it, with a better sentence
 _APPENDED = {"call_service": "service", "send_action_goal": "action", "cancel_action_goal": "action"}
 """Fields to which old clients append the id: `/rosapi/topics#33` is a call with the id 33."""

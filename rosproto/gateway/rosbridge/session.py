@@ -147,7 +147,7 @@ class RosbridgeSession:
         quick = (operations.ServiceResponse, operations.SetLevel, operations.Auth, operations.CallService)
         return isinstance(request, (*quick, operations.SendActionGoal, operations.ActionResult))
 
-    def _carry_out(self, request: Request) -> None:
+    def _carry_out(self, request: operations.Operation) -> None:
         perform = self._perform.get(type(request))
         if perform is None:
             return  # handled by the protocol
@@ -155,7 +155,7 @@ class RosbridgeSession:
         try:
             perform(request)
         except (Refused, RosError, ValueError) as error:
-            self._report(f"{op}: {error}", request.id)  # type: ignore[union-attr]
+            self._report(f"{op}: {error}", request.id)
             self._state.peer_log.info(op, "! rosbridge: %s to %s: %s", op, self.channel.peer, error)
         except Exception as error:
             self._report(f"{op}: an error of the gateway ({type(error).__name__})")
