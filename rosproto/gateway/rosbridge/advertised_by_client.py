@@ -1,13 +1,14 @@
 """Services and actions that one client provides: calls and goals of ROS programs go to it, its answers back.
 
-`AdvertisedByClient` holds what both have in common: the ROS server of each name that the client advertises,
-and the requests that wait for the client's answer. `calls_and_goals.py` is the other direction.
+`AdvertisedByClient` is what both have in common: the ROS server of each name that the client advertises, and
+the requests that wait for the client's answer. `calls_and_goals.py` is the other direction.
 """
 
 from __future__ import annotations
 
 import itertools
 import threading
+from abc import ABC, abstractmethod
 from functools import partial
 from typing import Any, Generic, TypeVar
 
@@ -55,43 +56,46 @@ class PendingRequest(Generic[Answer]):
         self.answer: Answer | None = None
 
 
-class AdvertisedByClient(Generic[Server, R]):
+class AdvertisedByClient(ABC, Generic[Server, R]):
     """The ROS servers of one client's names, and its pending requests.
 
-    Args:
-        kind: Prefix of the ids of requests.
+    Attributes:
+        kind: What a request is, in a sentence; `prefix` begins the ids of requests.
     """
 
-    def __init__(self, kind: str) -> None:
-        self._kind = kind
+    kind: str
+    prefix: str
+
+    def __init__(self, state: ServerState, protocol: Protocol, channel: ClientChannel) -> None:
+        self._state = state
+        self._protocol = protocol
+        self._channel = channel
         self._lock = threading.Lock()
         self._servers: dict[str, Server] = {}
         self._requests: dict[str, R] = {}
         self._numbers = itertools.count(1)
         self._closed = False
 
-    def __len__(self) -> int:
-        """Number of names that the client provides."""
-        return len(self._servers)
+    @abstractmethod
+    def end(self, server: Server) -> None:
+        """Close a server."""
 
-    def add(self, name: str, server: Server) -> bool:
-        """Keep the server of a name; False if the client has gone in the meantime."""
+    def add(self, name: str, server: Server) -> None:
+        """Keep the server of a name; end it if the client has gone in the meantime."""
         with self._lock:
-            if not self._closed:
+            closed = self._closed
+            if not closed:
                 self._servers[name] = server
-            return not self._closed
+        if closed:
+            self.end(server)
 
-    def server(self, name: str) -> Server | None:
-        """The server of a name; None if the client does not provide it."""
-        return self._servers.get(name)
-
-    def remove(self, name: str) -> Server | None:
-        """Remove the server of a name, for the caller to close; its requests end without an answer."""
+    def remove(self, name: str) -> None:
+        """End the server of a name, if there is one; its requests end without an answer."""
         with self._lock:
             server = self._servers.pop(name, None)
         if server is not None:
             self._end_requests(name)
-        return server
+            self.end(server)
 
     def begin(self, request: R, most: int | None = None) -> str | None:
         """Register a request and set its id. Return None, or a sentence if it cannot be passed on.
@@ -105,7 +109,7 @@ class AdvertisedByClient(Generic[Server, R]):
                 return GONE
             if most is not None and len(self._requests) >= most:
                 return "the client that provides it has too many calls to answer"
-            request.id = f"{self._kind}:{request.name}:{next(self._numbers)}"
+            request.id = f"{self.prefix}:{request.name}:{next(self._numbers)}"
             self._requests[request.id] = request
         return None
 
@@ -115,20 +119,20 @@ class AdvertisedByClient(Generic[Server, R]):
             found = self._requests.get(str(id))
         return None if found is None or found.done.is_set() else found
 
-    def answer(self, id: object, answer: object, what: str) -> None:
-        """Set the client's answer to the request with this id.
+    def answer(self, given: ServiceResponse | ActionResult) -> None:
+        """Set the client's answer to the request with its id.
 
         Raises:
-            Refused: There is no such request; `what` is its kind for the sentence.
+            Refused: There is no such request.
         """
         with self._lock:
-            found = self._requests.get(str(id))
+            found = self._requests.get(str(given.id))
             if found is None or found.done.is_set():
-                raise Refused(f"no {what} with the id {id!r} waits for an answer")
-            found.answer = answer
+                raise Refused(f"no {self.kind} with the id {given.id!r} waits for an answer")
+            found.answer = given
             found.done.set()
 
-    def end(self, request: R) -> None:
+    def forget(self, request: R) -> None:
         """Remove a request."""
         with self._lock:
             self._requests.pop(request.id, None)
@@ -139,25 +143,23 @@ class AdvertisedByClient(Generic[Server, R]):
         for request in ended:
             request.done.set()
 
-    def close(self) -> list[Server]:
-        """The client has gone: end all requests, and return its servers, for the caller to close."""
+    def close(self) -> None:
+        """The client has gone: end all requests, which then fail, and all servers."""
         with self._lock:
             self._closed = True
             servers, self._servers = list(self._servers.values()), {}
         self._end_requests(None)
-        return servers
+        for server in servers:
+            try:
+                self.end(server)
+            except RosError:
+                continue  # end the others
 
 
-class AdvertisedServices:
+class AdvertisedServices(AdvertisedByClient[ServiceServer, PendingRequest[ServiceResponse]]):
     """The services that one client provides."""
 
-    def __init__(self, state: ServerState, protocol: Protocol, channel: ClientChannel) -> None:
-        self._state = state
-        self._protocol = protocol
-        self._channel = channel
-        self._provided: AdvertisedByClient[ServiceServer, PendingRequest[ServiceResponse]] = (
-            AdvertisedByClient("service_request")
-        )
+    kind, prefix = "call", "service_request"
 
     def advertise(self, asked: AdvertiseService) -> None:
         """Provide a service; replaces the client's earlier one of that name.
@@ -170,33 +172,24 @@ class AdvertisedServices:
         if self._state.rosapi is not None and self._state.rosapi.answers(name):
             raise Refused(f"{name} is answered by the gateway itself")
         cls = self._state.service_class(asked.type)
-        self.unadvertise(UnadvertiseService(None, asked.service))
-        if len(self._provided) >= self._state.limits.advertised_per_client:
-            raise Refused(f"{len(self._provided)} services are provided, which is the limit for a client")
+        self.remove(asked.service)
+        if len(self._servers) >= self._state.limits.advertised_per_client:
+            raise Refused(f"{len(self._servers)} services are provided, which is the limit for a client")
         handler = partial(self._called, asked.service, name, cls)
-        server = self._state.node.service_server(name, cls, handler)
-        if not self._provided.add(asked.service, server):
-            server.close()
+        self.add(asked.service, self._state.node.service_server(name, cls, handler))
 
     def unadvertise(self, asked: UnadvertiseService) -> None:
         """Stop providing a service; waiting calls fail."""
-        server = self._provided.remove(asked.service)
-        if server is not None:
-            server.close()
+        self.remove(asked.service)
 
-    def respond(self, given: ServiceResponse) -> None:
-        """Pass on the client's answer to a call.
-
-        Raises:
-            Refused: No call waits for it.
-        """
-        self._provided.answer(given.id, given, "call")
+    def end(self, server: ServiceServer) -> None:
+        server.close()
 
     def _called(self, service: str, name: str, cls: Any, request: Any) -> Any:
         """Called in the thread of the caller's connection."""
         limits = self._state.limits
         call: PendingRequest[ServiceResponse] = PendingRequest(service)
-        problem = self._provided.begin(call, limits.calls_per_client)
+        problem = self.begin(call, limits.calls_per_client)
         if problem is not None:
             raise ServiceError(name, problem)
         try:
@@ -206,7 +199,7 @@ class AdvertisedServices:
                     name, f"the client that provides it has not answered within {limits.call_seconds:g} s"
                 )
         finally:
-            self._provided.end(call)
+            self.forget(call)
         answer = call.answer
         if answer is None:
             raise ServiceError(name, GONE)
@@ -224,11 +217,6 @@ class AdvertisedServices:
             )
             raise ServiceError(name, f"the client's answer does not fit: {error}") from error
 
-    def close(self) -> None:
-        """The client has gone: stop providing its services; waiting calls fail."""
-        for server in self._provided.close():
-            server.close()
-
 
 ACTIONS = 16  # of one client; each has five topics
 CANCEL_CHECK_SECONDS = 0.05  # between two checks whether a goal was cancelled
@@ -242,14 +230,10 @@ class _Goal(PendingRequest[ActionResult]):
         self.goal = goal
 
 
-class AdvertisedActions:
+class AdvertisedActions(AdvertisedByClient[ActionServer, _Goal]):
     """The actions that one client provides, and their goals."""
 
-    def __init__(self, state: ServerState, protocol: Protocol, channel: ClientChannel) -> None:
-        self._state = state
-        self._protocol = protocol
-        self._channel = channel
-        self._provided: AdvertisedByClient[ActionServer, _Goal] = AdvertisedByClient("action_goal")
+    kind, prefix = "goal", "action_goal"
 
     def advertise(self, asked: AdvertiseAction) -> None:
         """Provide an action; replaces the client's earlier one of that name.
@@ -261,8 +245,8 @@ class AdvertisedActions:
         insist(self._state.access.may_write("action", name))
         if is_tf_name(name):
             raise Refused(f"{name} is provided by the gateway itself")
-        self.unadvertise(UnadvertiseAction(None, asked.action))
-        if len(self._provided) >= ACTIONS:
+        self.remove(asked.action)
+        if len(self._servers) >= ACTIONS:
             raise Refused(f"{ACTIONS} actions are provided, which is the limit for a client")
         self._state.take_action(name)
         try:
@@ -277,16 +261,13 @@ class AdvertisedActions:
         except BaseException:
             self._state.leave_action(name)
             raise
-        if not self._provided.add(asked.action, server):
-            self._end(server)
+        self.add(asked.action, server)
 
     def unadvertise(self, asked: UnadvertiseAction) -> None:
         """Stop providing an action; its goals are aborted."""
-        server = self._provided.remove(asked.action)
-        if server is not None:
-            self._end(server)
+        self.remove(asked.action)
 
-    def _end(self, server: ActionServer) -> None:
+    def end(self, server: ActionServer) -> None:
         server.close()
         self._state.leave_action(server.name)
 
@@ -296,26 +277,18 @@ class AdvertisedActions:
         Raises:
             Refused, RosError: There is no such goal, or the feedback does not fit.
         """
-        found = self._provided.waiting(given.id)
+        found = self.waiting(given.id)
         if found is None:
             raise Refused(f"no goal with the id {given.id!r} waits for an answer")
-        server = self._provided.server(found.name)
+        server = self._servers.get(found.name)
         if server is not None:
             now = self._state.node.clock.now()
             found.goal.publish_feedback(from_values(server.type.feedback, given.values, now=now))
 
-    def result(self, given: ActionResult) -> None:
-        """End a goal with the client's result.
-
-        Raises:
-            Refused: There is no such goal.
-        """
-        self._provided.answer(given.id, given, "goal")
-
     def _work(self, action: str, type_name: str, goal: ServerGoal) -> None:
         """Send one goal to the client and wait for its result; runs in its own thread."""
         mine = _Goal(action, goal)
-        problem = self._provided.begin(mine)
+        problem = self.begin(mine)
         if problem is not None:
             goal.abort(text=problem)
             return
@@ -329,13 +302,13 @@ class AdvertisedActions:
                     cancelled = True
                     self._channel.answer(self._protocol.cancel_action_goal(mine.id, action))
         finally:
-            self._provided.end(mine)
+            self.forget(mine)
         self._conclude(mine)
 
     def _conclude(self, mine: _Goal) -> None:
         """End the goal with the client's result."""
         answer, goal = mine.answer, mine.goal
-        server = self._provided.server(mine.name)
+        server = self._servers.get(mine.name)
         if answer is None or server is None:
             goal.abort(text=GONE)
             return
@@ -353,11 +326,3 @@ class AdvertisedActions:
             return
         ends = {ActionStatus.SUCCEEDED: goal.succeed, ActionStatus.CANCELED: goal.preempted}
         ends.get(ActionStatus(answer.status), goal.abort)(result)
-
-    def close(self) -> None:
-        """The client has gone: stop providing its actions; their goals are aborted."""
-        for server in self._provided.close():
-            try:
-                self._end(server)
-            except RosError:
-                continue  # close the others

@@ -76,13 +76,13 @@ class RosbridgeSession:
             operations.CallService: self._calls.call,
             operations.AdvertiseService: self._services.advertise,
             operations.UnadvertiseService: self._services.unadvertise,
-            operations.ServiceResponse: self._services.respond,
+            operations.ServiceResponse: self._services.answer,
             operations.SendActionGoal: self._goals.send,
             operations.CancelActionGoal: self._goals.cancel,
             operations.AdvertiseAction: self._actions.advertise,
             operations.UnadvertiseAction: self._actions.unadvertise,
             operations.ActionFeedback: self._actions.feedback,
-            operations.ActionResult: self._actions.result,
+            operations.ActionResult: self._actions.answer,
             operations.Auth: self._check_credentials,
         }
 

@@ -2,61 +2,89 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from rosproto.gateway.access import Refused
 from rosproto.gateway.rosbridge.advertised_by_client import GONE, AdvertisedByClient, PendingRequest
+from rosproto.gateway.rosbridge.operations import ServiceResponse
+
+Request = PendingRequest[ServiceResponse]
+
+
+class Provided(AdvertisedByClient[str, Request]):
+    """Names whose servers are texts."""
+
+    kind, prefix = "call", "request"
+
+    def __init__(self) -> None:
+        unused: Any = None
+        super().__init__(unused, unused, unused)
+        self.ended: list[str] = []
+
+    def end(self, server: str) -> None:
+        self.ended.append(server)
 
 
 @pytest.fixture
-def provided() -> AdvertisedByClient[str, PendingRequest[str]]:
-    made: AdvertisedByClient[str, PendingRequest[str]] = AdvertisedByClient("request")
-    assert made.add("/a", "server of a")
-    assert made.add("/b", "server of b")
+def provided() -> Provided:
+    made = Provided()
+    made.add("/a", "server of a")
+    made.add("/b", "server of b")
     return made
 
 
-def test_an_answer_goes_to_its_request_once(provided: AdvertisedByClient[str, PendingRequest[str]]) -> None:
+def answer(id: Any, text: str) -> ServiceResponse:
+    return ServiceResponse(id, "", text)
+
+
+def test_an_answer_goes_to_its_request_once(provided: Provided) -> None:
     """By the id; a second answer, or one to nothing, is refused."""
-    first, second = PendingRequest[str]("/a"), PendingRequest[str]("/a")
+    first, second = Request("/a"), Request("/a")
     assert provided.begin(first) is None
     assert provided.begin(second) is None
     assert first.id != second.id
-    provided.answer(second.id, "yes", "call")
-    assert (second.answer, second.done.is_set(), first.done.is_set()) == ("yes", True, False)
+    yes = answer(second.id, "yes")
+    provided.answer(yes)
+    assert (second.answer, second.done.is_set(), first.done.is_set()) == (yes, True, False)
     for id in (second.id, "other", None):
         with pytest.raises(Refused, match="no call with the id"):
-            provided.answer(id, "again", "call")
-    assert second.answer == "yes"
+            provided.answer(answer(id, "again"))
+    assert second.answer is yes
     assert provided.waiting(first.id) is first
     assert provided.waiting(second.id) is None
 
 
-def test_a_name_that_ends_ends_its_requests(provided: AdvertisedByClient[str, PendingRequest[str]]) -> None:
+def test_a_name_that_ends_ends_its_requests(provided: Provided) -> None:
     """Without an answer, and those of other names stay."""
-    ended, stays = PendingRequest[str]("/a"), PendingRequest[str]("/b")
+    ended, stays = Request("/a"), Request("/b")
     assert provided.begin(ended) is provided.begin(stays) is None
-    assert provided.remove("/a") == "server of a"
-    assert provided.remove("/a") is None
+    provided.remove("/a")
+    provided.remove("/a")
+    assert provided.ended == ["server of a"]
     assert (ended.done.is_set(), ended.answer, stays.done.is_set()) == (True, None, False)
-    assert provided.begin(PendingRequest("/a")) == GONE
+    assert provided.begin(Request("/a")) == GONE
 
 
-def test_no_more_wait_than_may(provided: AdvertisedByClient[str, PendingRequest[str]]) -> None:
+def test_no_more_wait_than_may(provided: Provided) -> None:
     """One that has ended makes room."""
-    first = PendingRequest[str]("/a")
+    first = Request("/a")
     assert provided.begin(first, 1) is None
-    assert "too many" in str(provided.begin(PendingRequest("/b"), 1))
-    provided.end(first)
-    assert provided.begin(PendingRequest("/b"), 1) is None
+    assert "too many" in str(provided.begin(Request("/b"), 1))
+    provided.forget(first)
+    assert provided.begin(Request("/b"), 1) is None
 
 
-def test_a_client_that_has_gone(provided: AdvertisedByClient[str, PendingRequest[str]]) -> None:
-    """Its servers come back to be closed, everything ends, and nothing begins."""
-    waiting = PendingRequest[str]("/b")
+def test_a_client_that_has_gone(provided: Provided) -> None:
+    """Its servers are closed, everything ends, and nothing begins."""
+    waiting = Request("/b")
     assert provided.begin(waiting) is None
-    assert provided.close() == ["server of a", "server of b"]
+    provided.close()
+    assert provided.ended == ["server of a", "server of b"]
     assert waiting.done.is_set()
-    assert not provided.add("/c", "late")
-    assert provided.begin(PendingRequest("/c")) == GONE
-    assert provided.close() == []
+    provided.add("/c", "late")
+    assert provided.ended[2:] == ["late"]
+    assert provided.begin(Request("/c")) == GONE
+    provided.close()
+    assert len(provided.ended) == 3
