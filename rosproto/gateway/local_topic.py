@@ -10,11 +10,8 @@ from typing import Any
 
 from rosproto.codec import encode
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
-from rosproto.gateway.shared_subscriptions import Receiver
-from rosproto.logs import get_logger
+from rosproto.gateway.shared_subscriptions import Receiver, offer
 from rosproto.time import Time
-
-_log = get_logger("rosproto.gateway")
 
 
 class LocalTopic:
@@ -54,7 +51,7 @@ class LocalTopic:
             self._last = event
             receivers = self._receivers
         for receiver in receivers:
-            self._offer(receiver, event)
+            offer(receiver, event)
 
     def open(self, receiver: Receiver) -> ExitStack:
         """Add a receiver; close what this returns to remove it."""
@@ -66,7 +63,7 @@ class LocalTopic:
             if first and self._wanted is not None:
                 self._wanted(True)
         if last is not None:
-            self._offer(receiver, last)
+            offer(receiver, last)
         subscription = ExitStack()
         subscription.callback(self.leave, receiver)
         return subscription
@@ -80,12 +77,6 @@ class LocalTopic:
                 none_left = bool(before) and not self._receivers
             if none_left and self._wanted is not None:
                 self._wanted(False)
-
-    def _offer(self, receiver: Receiver, event: MessageEvent) -> None:
-        try:
-            receiver.offer(event)
-        except Exception:  # one receiver's error must not reach the others
-            _log.exception("! %s: a receiver of the gateway raised", self.name)
 
     def __repr__(self) -> str:
         return f"<LocalTopic {self.name} {self.type._type}, {self.receivers} receivers>"

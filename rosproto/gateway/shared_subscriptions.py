@@ -37,6 +37,14 @@ class Receiver(Protocol):
         """
 
 
+def offer(receiver: Receiver, event: MessageEvent) -> None:
+    """Give a message to a receiver, whose error must not affect the others."""
+    try:
+        receiver.offer(event)
+    except Exception:
+        _log.exception("! %s: a receiver of the gateway raised", event.topic)
+
+
 class SharedSubscription:
     """One receiver's subscription of a topic; made by `SharedSubscriptions.open`. Close it at the end.
 
@@ -169,7 +177,7 @@ class _SharedTopic:
                 return None
             self._stop_timer()
             for event in self._still_latched():
-                self._offer(subscription, event)
+                offer(subscription.receiver, event)
             self._receivers = (*self._receivers, subscription)
         try:
             self._subscribe()
@@ -239,13 +247,7 @@ class _SharedTopic:
             receivers = self._receivers
         for subscription in receivers:
             if not subscription.closed:
-                self._offer(subscription, event)
-
-    def _offer(self, subscription: SharedSubscription, event: MessageEvent) -> None:
-        try:
-            subscription.receiver.offer(event)
-        except Exception:  # one receiver's error must not affect the others
-            _log.exception("! %s: a receiver of the gateway raised", self.topic)
+                offer(subscription.receiver, event)
 
     def _remember(self, publisher: str, event: MessageEvent) -> None:
         self._latched.pop(publisher, None)
