@@ -49,8 +49,14 @@ class MessageError(ValueError):
 # -- requests of a client ------------------------------------------------------------------------------------
 
 
+class Request:
+    """One message of a client."""
+
+    __slots__ = ()
+
+
 @dataclass(frozen=True, slots=True)
-class Subscribe:
+class Subscribe(Request):
     """Attributes:
     subscriptions: (the client's subscription id, channel id).
     """
@@ -59,7 +65,7 @@ class Subscribe:
 
 
 @dataclass(frozen=True, slots=True)
-class Unsubscribe:
+class Unsubscribe(Request):
     """Attributes:
     subscriptions: The client's subscription ids.
     """
@@ -87,12 +93,12 @@ class ClientAdvertisement:
 
 
 @dataclass(frozen=True, slots=True)
-class Advertise:
+class Advertise(Request):
     channels: tuple[ClientAdvertisement, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Unadvertise:
+class Unadvertise(Request):
     """Attributes:
     channels: The client's channel ids.
     """
@@ -101,7 +107,7 @@ class Unadvertise:
 
 
 @dataclass(frozen=True, slots=True)
-class GetParameters:
+class GetParameters(Request):
     """Attributes:
     names: Parameters; empty for all.
     id: Id of the request, or None.
@@ -112,7 +118,7 @@ class GetParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class SetParameters:
+class SetParameters(Request):
     """Attributes:
     parameters: (name, value); the value None deletes the parameter.
     id: Id of the request; None if no answer is wanted.
@@ -123,12 +129,12 @@ class SetParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class FollowParameters:
+class FollowParameters(Request):
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class LeaveParameters:
+class LeaveParameters(Request):
     """Attributes:
     names: Empty for all.
     """
@@ -137,44 +143,28 @@ class LeaveParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class WantGraph:
+class WantGraph(Request):
     wanted: bool
 
 
 @dataclass(frozen=True, slots=True)
-class FetchAsset:
+class FetchAsset(Request):
     uri: str
     request: int
 
 
 @dataclass(frozen=True, slots=True)
-class Publish:
+class Publish(Request):
     channel: int
     data: bytes
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class Call(Request):
     service: int
     call: int
     encoding: str
     data: bytes
-
-
-Request = (
-    Subscribe
-    | Unsubscribe
-    | Advertise
-    | Unadvertise
-    | GetParameters
-    | SetParameters
-    | FollowParameters
-    | LeaveParameters
-    | WantGraph
-    | FetchAsset
-    | Publish
-    | Call
-)
 
 
 def read(data: str | bytes, reader: JsonReader) -> Request:
