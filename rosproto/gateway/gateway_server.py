@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import ssl
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TypeVar
 
 from rosproto.aio.pool import Pool
 from rosproto.gateway.access import Access
-from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import READER_BYTES, GatewayLimits
 from rosproto.gateway.client_publications import ClientPublications
 from rosproto.gateway.json_text import JsonReader
@@ -65,37 +63,20 @@ class GatewayState:
 
 
 class GatewayServer:
-    """A server, as a program uses it."""
+    """A server, as a program uses it.
 
-    def __init__(
-        self,
-        state: GatewayState,
-        open_session: Callable[[ClientChannel], ClientSession],
-        *,
-        host: str,
-        port: int,
-        tls: ssl.SSLContext | None,
-        origins: Sequence[str],
-        token: str | None,
-        subprotocols: Sequence[str] = (),
-        name: str,
-    ) -> None:
+    Args:
+        state: Closed with the server.
+        serve: Starts the server below.
+    """
+
+    def __init__(self, state: GatewayState, serve: Callable[[], WebSocketServer]) -> None:
         self.node, self.access, self.limits = state.node, state.access, state.limits
         self._gateway = state
         self._closing = threading.Lock()
         self._closed = False
         try:
-            self._server = WebSocketServer(
-                open_session,
-                host=host,
-                port=port,
-                limits=state.limits,
-                tls=tls,
-                origins=origins,
-                token=token,
-                subprotocols=subprotocols,
-                name=name,
-            )
+            self._server = serve()
         except BaseException:
             state.close(1.0)
             raise

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import ssl
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import NamedTuple
 from urllib.parse import quote
 
@@ -16,6 +17,7 @@ from rosproto.gateway.foxglove.server_state import ServerState
 from rosproto.gateway.foxglove.session import FoxgloveSession
 from rosproto.gateway.gateway_server import GatewayServer
 from rosproto.gateway.local_topic import LocalTopic
+from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
@@ -116,17 +118,19 @@ class Foxglove(GatewayServer):
             topics=topics,
             assets=Assets(assets),
         )
-        super().__init__(
-            self._state,
-            lambda channel: FoxgloveSession(self._state, channel),
+        serve = partial(
+            WebSocketServer,
+            partial(FoxgloveSession, self._state),
             host=host,
             port=port,
+            limits=self._state.limits,
             tls=tls,
             origins=origins,
             token=token,
             subprotocols=SUBPROTOCOLS,
             name="foxglove",
         )
+        super().__init__(self._state, serve)
         _log.info("= foxglove: serving %s at %s", node.name, self.url)
 
     @property

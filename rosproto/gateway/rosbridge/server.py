@@ -5,6 +5,7 @@ from __future__ import annotations
 import ssl
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from weakref import WeakValueDictionary
 
 from rosproto.gateway.access import Access
@@ -13,6 +14,7 @@ from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.gateway_server import GatewayServer
 from rosproto.gateway.rosbridge.server_state import ServerState
 from rosproto.gateway.rosbridge.session import RosbridgeSession
+from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
 
@@ -111,16 +113,18 @@ class Rosbridge(GatewayServer):
             authenticate=authenticate,
         )
         self._sessions: WeakValueDictionary[ClientChannel, RosbridgeSession] = WeakValueDictionary()
-        super().__init__(
-            self._state,
+        serve = partial(
+            WebSocketServer,
             self._open_session,
             host=host,
             port=port,
+            limits=self._state.limits,
             tls=tls,
             origins=origins,
             token=token,
             name="rosbridge",
         )
+        super().__init__(self._state, serve)
 
     def _open_session(self, channel: ClientChannel) -> ClientSession:
         session = self._sessions[channel] = RosbridgeSession(self._state, channel)
