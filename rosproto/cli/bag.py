@@ -43,7 +43,7 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print messages as JSON, one a line")
 
 
-def echo(arguments: argparse.Namespace) -> int:
+def echo(arguments: argparse.Namespace) -> None:
     """Run `rosproto topic echo` on a bag; the topic may be a pattern such as '/camera/*'."""
     arguments.bag = arguments.file
-    return topic.echo(arguments)
+    topic.echo(arguments)

@@ -87,7 +87,7 @@ def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
     add_compression(parser)
 
 
-def filter(arguments: argparse.Namespace) -> int:
+def filter(arguments: argparse.Namespace) -> None:
     """Copy the selected messages."""
     rule = Expression(arguments.expression, NAMES) if arguments.expression else None
     shown = Expression(arguments.shown, NAMES) if arguments.shown else None
@@ -100,7 +100,6 @@ def filter(arguments: argparse.Namespace) -> int:
         total, quiet = bag.message_count, shown is not None  # printed text would break the progress line
         kept = write(arguments.output, entries, compression_of(arguments), total, keep, quiet=quiet)
     print(f"{arguments.output}: {kept} of {counted(bag.message_count, 'message')}")
-    return 0
 
 
 def _message_filter(
@@ -133,7 +132,7 @@ def add_merge_arguments(parser: argparse.ArgumentParser) -> None:
     add_compression(parser)
 
 
-def merge(arguments: argparse.Namespace) -> int:
+def merge(arguments: argparse.Namespace) -> None:
     """Merge the messages of several bags, sorted by receive time."""
     check_new([arguments.output], *arguments.bags)
     with ExitStack() as stack:
@@ -143,7 +142,6 @@ def merge(arguments: argparse.Namespace) -> int:
         total = sum(bag.message_count for bag in bags)
         count = write(arguments.output, entries, compression_of(arguments), total)
     print(f"{arguments.output}: {counted(count, 'message')} of {counted(len(bags), 'bag')}")
-    return 0
 
 
 # -- convert -----------------------------------------------------------------------------------------------
@@ -165,36 +163,25 @@ def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
     add_compression(parser)
 
 
-def convert(arguments: argparse.Namespace) -> int:
+def convert(arguments: argparse.Namespace) -> None:
     """Write the same messages, times, topics and connection headers in the other format."""
-    if arguments.ros2:
-        return _convert_ros2(arguments)
-    if not arguments.output.lower().endswith((".mcap", ".bag")):
+    if arguments.ros2 and arguments.compression != "none":
+        raise CommandError("--ros2 writes without compression: leave -j and --lz4 out")
+    if not arguments.ros2 and not arguments.output.lower().endswith((".mcap", ".bag")):
         raise CommandError(f"{arguments.output}: the name must end in .mcap or .bag, which tells the form")
     check_new([arguments.output], arguments.bag)
-    with opened(arguments.bag, arguments, quiet=arguments.quiet) as bag:
-        entries, total = bag.read_messages(raw=True), bag.message_count
-        count = write(arguments.output, entries, compression_of(arguments), total, quiet=arguments.quiet)
-    if not arguments.quiet:
+    quiet = arguments.quiet
+    with opened(arguments.bag, arguments, quiet=quiet) as bag:
+        if arguments.ros2:
+            from rosproto.bag.ros2 import write_ros2
+
+            with Progress(arguments.output, bag.message_count, quiet=quiet) as progress:
+                count = write_ros2(bag, arguments.output, progress.step)
+        else:
+            entries, total = bag.read_messages(raw=True), bag.message_count
+            count = write(arguments.output, entries, compression_of(arguments), total, quiet=quiet)
+    if not quiet:
         print(f"{arguments.output}: {counted(count, 'message')}")
-    return 0
-
-
-def _convert_ros2(arguments: argparse.Namespace) -> int:
-    """Write a `ros2 bag` directory."""
-    from rosproto.bag.ros2 import write_ros2
-
-    if arguments.compression != "none":
-        raise CommandError("--ros2 writes without compression: leave -j and --lz4 out")
-    check_new([arguments.output], arguments.bag)
-    with (
-        opened(arguments.bag, arguments, quiet=arguments.quiet) as bag,
-        Progress(arguments.output, bag.message_count, quiet=arguments.quiet) as progress,
-    ):
-        count = write_ros2(bag, arguments.output, progress.step)
-    if not arguments.quiet:
-        print(f"{arguments.output}: {counted(count, 'message')}")
-    return 0
 
 
 # -- compress and decompress -------------------------------------------------------------------------------
@@ -220,11 +207,10 @@ def _in_place_arguments(parser: argparse.ArgumentParser) -> None:
     add_quiet(parser)
 
 
-def compress(arguments: argparse.Namespace) -> int:
+def compress(arguments: argparse.Namespace) -> None:
     """Rewrite each bag; without --output-dir the original becomes NAME.orig.bag."""
     for path in arguments.bags:
         _rewrite(path, arguments)
-    return 0
 
 
 decompress = compress

@@ -48,7 +48,7 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
     add_span_arguments(parser)
 
 
-def export(arguments: argparse.Namespace) -> int:
+def export(arguments: argparse.Namespace) -> None:
     """Export the selected messages, and print each file's name."""
     if (arguments.form is None) == (arguments.format is None):
         raise CommandError(f"name one form: {', '.join(sorted(FORMS))}, as BAG csv or --format csv")
@@ -58,7 +58,6 @@ def export(arguments: argparse.Namespace) -> int:
         for path in FORMS[form](bag, topics, arguments):
             if not arguments.quiet:
                 print(path)
-    return 0
 
 
 def _messages(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> Any:

@@ -33,7 +33,7 @@ def add_info_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plain", action="store_true", help="exactly what rosbag info prints: no curves")
 
 
-def info(arguments: argparse.Namespace) -> int:
+def info(arguments: argparse.Namespace) -> None:
     """Print the contents of each bag."""
     if arguments.key and not arguments.yaml:
         raise CommandError("--key chooses a part of the YAML: add --yaml")
@@ -54,7 +54,6 @@ def info(arguments: argparse.Namespace) -> int:
                 print(text(found, _curves(counts)))
             for problem in bag.damage:
                 print(printable(f"rosproto bag info: {path}: {problem}"), file=sys.stderr)
-    return 0
 
 
 def _yaml(found: Facts, key: str | None) -> str:

@@ -63,7 +63,7 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
 
 
-def play(arguments: argparse.Namespace) -> int:
+def play(arguments: argparse.Namespace) -> None:
     """Publish until the end, or until interrupted."""
     from rosproto.recording import Player
 
@@ -110,7 +110,6 @@ def play(arguments: argparse.Namespace) -> int:
             console.note("space: pause and go on, s: step, t: pause topics on and off, Ctrl-C: end")
         player.play()
         console.finish(player)
-    return 0
 
 
 def _split_remappings(words: list[str]) -> tuple[list[str], dict[str, str]]:

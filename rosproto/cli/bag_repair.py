@@ -29,7 +29,7 @@ def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:
     add_quiet(parser)
 
 
-def reindex(arguments: argparse.Namespace) -> int:
+def reindex(arguments: argparse.Namespace) -> None:
     """Repair each bag in place or as a copy; an .active file gets its final name."""
 
     for path in arguments.bags:
@@ -49,7 +49,6 @@ def reindex(arguments: argparse.Namespace) -> int:
             print(printable(f"{final}: was: {line}"))
         state = "has an index now" if report.damage else "is sound, nothing was changed"
         print(f"{final}: {state}; {counted(report.messages, 'message')}")
-    return 0
 
 
 def _copied(path: str, folder: str, force: bool, quiet: bool) -> str:
@@ -84,7 +83,7 @@ def add_fix_arguments(parser: argparse.ArgumentParser) -> None:
     add_compression(parser)
 
 
-def fix(arguments: argparse.Namespace) -> int:
+def fix(arguments: argparse.Namespace) -> None:
     """Write every readable message into a new bag."""
 
     check_new([arguments.output], arguments.bag)
@@ -100,7 +99,6 @@ def fix(arguments: argparse.Namespace) -> int:
     for line in report.damage:
         print(printable(f"{arguments.bag}: {line}"))
     print(f"{arguments.output}: {counted(report.messages, 'message')}")
-    return 0
 
 
 # -- check --------------------------------------------------------------------------------------------------

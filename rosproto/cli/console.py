@@ -224,14 +224,13 @@ def print_json(value: object) -> None:
     print(json_text(value, ascii_only=not shows_unicode(sys.stdout), default=str))
 
 
-def answer(arguments: argparse.Namespace, value: object, lines: str | Iterable[str]) -> int:
-    """Print the result of a verb, with --json the value, else the lines; return exit code 0."""
+def answer(arguments: argparse.Namespace, value: object, lines: str | Iterable[str]) -> None:
+    """Print the result of a verb, with --json the value, else the lines."""
     if arguments.json:
         print_json(value)
     else:
         for line in (lines,) if isinstance(lines, str) else lines:
             print(line)
-    return 0
 
 
 def counted(number: int, thing: str, things: str | None = None) -> Sentence:

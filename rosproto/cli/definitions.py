@@ -130,7 +130,7 @@ def _in_bag(arguments: argparse.Namespace) -> DefinitionLibrary:
     return found
 
 
-def _show(arguments: argparse.Namespace) -> int:
+def _show(arguments: argparse.Namespace) -> None:
     given = _in_bag(arguments) if arguments.bag else None
     text_of = _raw if arguments.raw else _unfolded
     shown = []
@@ -141,7 +141,6 @@ def _show(arguments: argparse.Namespace) -> int:
             print((f"[{name}]:\n" if looked_for else "") + text + "\n")
     if arguments.json:
         print_json(shown)
-    return 0
 
 
 def _raw(library: DefinitionLibrary, kind: str, name: str) -> str:
@@ -164,30 +163,30 @@ def _unfolded(library: DefinitionLibrary, kind: str, name: str) -> str:
     return "\n---\n".join("\n".join(unfolded(part, library.message)) for part in parts)
 
 
-def _list(arguments: argparse.Namespace) -> int:
+def _list(arguments: argparse.Namespace) -> None:
     names = _all(_library(arguments), arguments.kind)
-    return answer(arguments, names, names)
+    answer(arguments, names, names)
 
 
-def _md5(arguments: argparse.Namespace) -> int:
+def _md5(arguments: argparse.Namespace) -> None:
     library = _library(arguments)
     asked = [name for name, _ in _asked(library, arguments)]
     sums = {name: _library_of(arguments, name).md5sum(name, kind=arguments.kind) for name in asked}
     alone = "/" in arguments.type[0] and len(sums) == 1
     lines = [md5sum if alone else f"[{name}]: {md5sum}" for name, md5sum in sums.items()]
-    return answer(arguments, sums, lines)
+    answer(arguments, sums, lines)
 
 
-def _package(arguments: argparse.Namespace) -> int:
+def _package(arguments: argparse.Namespace) -> None:
     library = _library(arguments)
     if arguments.package not in library.packages():
         names = library.packages()
         raise unknown("no package is called", arguments.package, names, f"{arguments.kind} packages")
     names = _names(library, arguments.kind, arguments.package)
-    return answer(arguments, names, _joined(arguments).join(names))
+    answer(arguments, names, _joined(arguments).join(names))
 
 
-def _packages(arguments: argparse.Namespace) -> int:
+def _packages(arguments: argparse.Namespace) -> None:
     library = _library(arguments)
     packages = [p for p in sorted(library.packages()) if _names(library, arguments.kind, p)]
-    return answer(arguments, packages, _joined(arguments).join(packages))
+    answer(arguments, packages, _joined(arguments).join(packages))

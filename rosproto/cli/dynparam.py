@@ -110,12 +110,12 @@ def _parameters(description: Any) -> Iterator[Any]:
 # -- verbs ---------------------------------------------------------------------------------------------------
 
 
-def _list(arguments: argparse.Namespace) -> int:
+def _list(arguments: argparse.Namespace) -> None:
     found = _known(arguments)
-    return answer(arguments, found, map(printable, found))
+    answer(arguments, found, map(printable, found))
 
 
-def _get(arguments: argparse.Namespace) -> int:
+def _get(arguments: argparse.Namespace) -> None:
     with open_node(arguments) as node:
         values = values_of(_heard(arguments, node, "parameter_updates", "Config"))
     asked: Any = values
@@ -125,10 +125,10 @@ def _get(arguments: argparse.Namespace) -> int:
                 "no parameter is called", arguments.parameter, values, f"dynparam get {arguments.node}"
             )
         asked = values[arguments.parameter]
-    return answer(arguments, asked, to_text(asked).rstrip("\n"))
+    answer(arguments, asked, to_text(asked).rstrip("\n"))
 
 
-def _describe(arguments: argparse.Namespace) -> int:
+def _describe(arguments: argparse.Namespace) -> None:
     with open_node(arguments) as node:
         description = _heard(arguments, node, "parameter_descriptions", "ConfigDescription")
     least, most, usual = (values_of(part) for part in (description.min, description.max, description.dflt))
@@ -144,10 +144,10 @@ def _describe(arguments: argparse.Namespace) -> int:
         bounds = f", {fact['min']} to {fact['max']}" if fact["type"] in ("int", "double") else ""
         kind = f"{fact['type']}{bounds}, default {fact['default']!r}"
         lines.append(printable(f"{fact['name']} ({kind}): {fact['description']}"))
-    return answer(arguments, facts, lines)
+    answer(arguments, facts, lines)
 
 
-def _set(arguments: argparse.Namespace) -> int:
+def _set(arguments: argparse.Namespace) -> None:
     words = arguments.values
     if len(words) == 2:
         changes: Any = {words[0]: words[1]}
@@ -155,10 +155,10 @@ def _set(arguments: argparse.Namespace) -> int:
         changes = value_of(words[0]) if len(words) == 1 else None
     if not isinstance(changes, dict):
         raise ValueError(f"{' '.join(words)!r}: write NAME VALUE, or '{{name: value, ...}}'")
-    return _change(arguments, changes)
+    _change(arguments, changes)
 
 
-def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> int:
+def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> None:
     """Set the values and print the result: the node may limit values to their range."""
     from rosproto.codec import message_class, service_class
     from rosproto.codec.dicts import from_dict
@@ -174,12 +174,11 @@ def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> int:
     after = values_of(reply.config)
     if arguments.json:
         print_json(after)
-        return 0
+        return
     for key, value in changes.items():
         print(f"{key}: {to_text(after.get(key)).rstrip()}")
         if after.get(key) != _cast(kinds[key], value, key):
             print(f"  (instead of {value!r}: the node brings values into its range)")
-    return 0
 
 
 def _config(changes: Mapping[str, Any], kinds: Mapping[str, str], node: str) -> dict[str, Any]:
@@ -213,18 +212,17 @@ def _cast(kind: str, value: Any, name: str) -> Any:
         raise CommandError(f"{name}: {value!r} is no {kind}") from None
 
 
-def _dump(arguments: argparse.Namespace) -> int:
+def _dump(arguments: argparse.Namespace) -> None:
     with open_node(arguments) as node:
         values = values_of(_heard(arguments, node, "parameter_updates", "Config"))
     write_file(arguments.file, to_text(values).encode())
-    return 0
 
 
-def _load(arguments: argparse.Namespace) -> int:
+def _load(arguments: argparse.Namespace) -> None:
     values = load_text(read_text(arguments.file), str(arguments.file))
     if not isinstance(values, dict):
         raise CommandError(
             f"{arguments.file}: expected name: value on each line, as `dynparam dump` writes it"
         )
     values.pop("groups", None)  # group states in dumps of dynamic_reconfigure
-    return _change(arguments, values)
+    _change(arguments, values)

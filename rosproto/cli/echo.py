@@ -45,7 +45,7 @@ Arrival = tuple[str, Any, Time]
 """Topic, message, when it was received."""
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> None:
     """Print until interrupted, or -n messages."""
     if arguments.all and not arguments.bag:
         raise ValueError("--all is for --bag; on a graph a pattern such as '/*' names several topics")
@@ -60,7 +60,6 @@ def run(arguments: argparse.Namespace) -> int:
         _from_bag(arguments, printer)
     else:
         _from_graph(arguments, printer)
-    return 0
 
 
 def _from_graph(arguments: argparse.Namespace, printer: _Printer) -> None:

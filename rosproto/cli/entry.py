@@ -3,7 +3,7 @@
 A command module has
 
     def add_arguments(parser: argparse.ArgumentParser) -> None: ...
-    def run(arguments: argparse.Namespace) -> int: ...        # exit code
+    def run(arguments: argparse.Namespace) -> int | None: ...   # exit code; None: done
 
 and a line in `COMMANDS`. One with verbs passes them to `graph_options.add_verbs` and has no `run`. Only the
 module of the given command is imported.
@@ -70,7 +70,7 @@ def behind_the_verb(words: Sequence[str]) -> list[str]:
 def _task(arguments: argparse.Namespace) -> Task:
     def run() -> int:
         _log_to_stderr(arguments.verbose)
-        code: int = arguments.run(arguments)
+        code: int | None = arguments.run(arguments)
         # Messages of a damaged bag may be missing; see `bag_files.opened`.
         return code or (FAILED if getattr(arguments, "incomplete", False) else DONE)
 

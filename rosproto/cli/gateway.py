@@ -56,7 +56,7 @@ def add_bridge_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_bridge)
 
 
-def _bridge(arguments: argparse.Namespace) -> int:
+def _bridge(arguments: argparse.Namespace) -> None:
     """Serve until interrupted; stdout has only the address."""
     from rosproto.gateway import Rosbridge
     from rosproto.transport.os_errors import allow_open_files
@@ -67,7 +67,7 @@ def _bridge(arguments: argparse.Namespace) -> int:
     # A message passes several threads; the default switch interval is 5 ms each.
     sys.setswitchinterval(0.0005)
     try:
-        return _serve(arguments, "rosbridge", Rosbridge, options, _announced)
+        _serve(arguments, "rosbridge", Rosbridge, options, _announced)
     finally:
         sys.setswitchinterval(interval)
 
@@ -83,10 +83,10 @@ def add_foxglove_arguments(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=_foxglove)
 
 
-def _foxglove(arguments: argparse.Namespace) -> int:
+def _foxglove(arguments: argparse.Namespace) -> None:
     from rosproto.gateway import Foxglove
 
-    return _serve(arguments, "foxglove", Foxglove, server_options(arguments), announced)
+    _serve(arguments, "foxglove", Foxglove, server_options(arguments), announced)
 
 
 def _serve(
@@ -95,7 +95,7 @@ def _serve(
     kind: Callable[..., Any],
     options: dict[str, Any],
     announced: Callable[[Any, dict[str, Any]], list[str]],
-) -> int:
+) -> None:
     """Serve with a new node until interrupted."""
     with (
         interrupt_on_signals(),
@@ -109,7 +109,6 @@ def _serve(
             until_interrupted(node, arguments.seconds)
         except KeyboardInterrupt:
             pass  # the normal end of this command
-    return 0
 
 
 @contextmanager

@@ -51,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--node", metavar="NAME", help="only what this node is part of")
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> None:
     """Print or write the graph."""
     form = form_of(arguments.output, arguments.format)
     with master_client(arguments) as master:
@@ -61,11 +61,10 @@ def run(arguments: argparse.Namespace) -> int:
     edges = _edges(state, arguments.all, arguments.node and absolute(arguments.node))
     if arguments.json:
         print_json([edge._asdict() | {"type": types.get(edge.topic, "*")} for edge in edges])
-        return 0
+        return
     shown = _shown(edges)
     writers = {"text": lambda: _text(shown), "dot": lambda: _dot(shown), "svg": lambda: svg(shown)}
     sys.stdout.write(write_picture(arguments.output, form, writers))
-    return 0
 
 
 def _edges(state: SystemState, everything: bool, node: str | None) -> list[Edge]:

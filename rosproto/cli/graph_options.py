@@ -86,8 +86,8 @@ def library_for(arguments: argparse.Namespace, name: str, kind: str = "msg") -> 
 # -- verbs ---------------------------------------------------------------------------------------------------
 
 
-Verb = tuple[AddArguments | None, Callable[[argparse.Namespace], int], str]
-"""What adds its arguments, what runs it, help."""
+Verb = tuple[AddArguments | None, Callable[[argparse.Namespace], int | None], str]
+"""What adds its arguments, what runs it and returns the exit code (None: done), help."""
 
 
 def add_verbs(parser: argparse.ArgumentParser, table: dict[str, Verb], *, graph: bool = True) -> None:

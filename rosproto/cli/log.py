@@ -84,7 +84,7 @@ def _set_arguments(parser: argparse.ArgumentParser) -> None:
 # -- reading -------------------------------------------------------------------------------------------------
 
 
-def _echo(arguments: argparse.Namespace) -> int:
+def _echo(arguments: argparse.Namespace) -> None:
     from queue import Empty, Queue
 
     from rosproto.codec import message_class
@@ -112,7 +112,6 @@ def _echo(arguments: argparse.Namespace) -> int:
             if _wanted(line, arguments):
                 shown, silent_since = shown + 1, time.monotonic()
                 _show(line, arguments)
-    return 0
 
 
 def _wanted(line: Any, arguments: argparse.Namespace) -> bool:
@@ -176,19 +175,17 @@ def _loggers(arguments: argparse.Namespace) -> dict[str, str]:
     return {logger.name: logger.level for logger in reply.loggers}
 
 
-def _list(arguments: argparse.Namespace) -> int:
+def _list(arguments: argparse.Namespace) -> None:
     found = dict(sorted(_loggers(arguments).items()))
-    return answer(
-        arguments, found, [f"{printable(name)} {printable(level)}" for name, level in found.items()]
-    )
+    answer(arguments, found, [f"{printable(name)} {printable(level)}" for name, level in found.items()])
 
 
-def _get(arguments: argparse.Namespace) -> int:
+def _get(arguments: argparse.Namespace) -> None:
     found = _loggers(arguments)
     if arguments.logger not in found:
         raise unknown("no logger is called", arguments.logger, found, f"log list {arguments.node}")
     level = found[arguments.logger]
-    return answer(arguments, level, printable(level))
+    answer(arguments, level, printable(level))
 
 
 def _set(arguments: argparse.Namespace) -> int:

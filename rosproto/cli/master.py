@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> None:
     """Serve; stdout has only the master's URI."""
     from rosproto.master import Master
 
@@ -76,7 +76,6 @@ def run(arguments: argparse.Namespace) -> int:
                 pass
     except KeyboardInterrupt:
         pass  # the normal end of this command
-    return 0
 
 
 def _listening(kind: type[Master], arguments: argparse.Namespace) -> Master:

@@ -55,16 +55,17 @@ def _list_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-a", "--all", action="store_true", help="URIs and names")
 
 
-def _list(arguments: argparse.Namespace) -> int:
+def _list(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         nodes = master.get_system_state().nodes
         names = below(nodes, arguments.namespace)
         warn_if_none(names, "node", arguments.namespace, nodes)
         if not (arguments.uris or arguments.all or arguments.json):
-            return answer(arguments, names, names)
+            answer(arguments, names, names)
+            return
         uris = {name: _uri(master, name) for name in names}
     lines = [f"{uri} \t{name}" if arguments.all else uri for name, uri in uris.items()]
-    return answer(arguments, [{"name": name, "uri": uri} for name, uri in uris.items()], lines)
+    answer(arguments, [{"name": name, "uri": uri} for name, uri in uris.items()], lines)
 
 
 def _uri(master: MasterClient, name: str) -> str:
@@ -75,7 +76,7 @@ def _uri(master: MasterClient, name: str) -> str:
         raise unknown("the master knows no node", name, nodes, "node list") from error
 
 
-def _info(arguments: argparse.Namespace) -> int:
+def _info(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         state, types = master.get_system_state(), master.get_topic_types()
         facts = [_facts(master, absolute(name), state, types, arguments) for name in arguments.node]
@@ -84,7 +85,6 @@ def _info(arguments: argparse.Namespace) -> int:
     else:
         for fact in facts:
             _print_facts(fact)
-    return 0
 
 
 def _facts(
@@ -254,7 +254,7 @@ def _kill(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _cleanup(arguments: argparse.Namespace) -> int:
+def _cleanup(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         state = master.get_system_state()
         silent = [name for name in state.nodes if not _answers(master, name, arguments)]
@@ -268,7 +268,7 @@ def _cleanup(arguments: argparse.Namespace) -> int:
             "be resolved here; give --resolve NAME=IP"
         )
     lines = [f"Unregistering {name}" for name in dead]
-    return answer(arguments, dead, lines if dead or elsewhere else "every node answers")
+    answer(arguments, dead, lines if dead or elsewhere else "every node answers")
 
 
 def _answers(master: MasterClient, name: str, arguments: argparse.Namespace) -> bool:
@@ -307,7 +307,7 @@ def _unregister(master: MasterClient, name: str, state: SystemState) -> None:
                 as_node.unregister_service(service, master.lookup_service(service))
 
 
-def _machine(arguments: argparse.Namespace) -> int:
+def _machine(arguments: argparse.Namespace) -> None:
     from rosproto.transport.uri import parse_uri
 
     with master_client(arguments) as master:
@@ -319,4 +319,4 @@ def _machine(arguments: argparse.Namespace) -> int:
             raise CommandError(f"no node runs on {host!r}; hosts: {', '.join(sorted(hosts)) or 'none'}")
     asked = {host: sorted(hosts[host]) for host in arguments.host} or hosts
     nodes = [name for names in asked.values() for name in names]
-    return answer(arguments, asked, "\n".join(nodes if arguments.host else sorted(hosts)))
+    answer(arguments, asked, "\n".join(nodes if arguments.host else sorted(hosts)))

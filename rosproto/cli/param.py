@@ -71,7 +71,7 @@ def _fetch(arguments: argparse.Namespace, key: str) -> Any:
             raise unknown("there is no parameter", absolute(key), names, "param list") from error
 
 
-def _get(arguments: argparse.Namespace) -> int:
+def _get(arguments: argparse.Namespace) -> None:
     value = _fetch(arguments, arguments.key)
     if arguments.json:
         print_json(plain(value, finite=True))
@@ -81,7 +81,6 @@ def _get(arguments: argparse.Namespace) -> int:
         _print_pretty(value, "")
     else:
         print(to_text(value))
-    return 0
 
 
 def _print_pretty(value: dict[str, Any], indent: str) -> None:
@@ -101,7 +100,7 @@ def _print_pretty(value: dict[str, Any], indent: str) -> None:
             print(f"{indent}{printable(key)}:" + below.rstrip())
 
 
-def _set(arguments: argparse.Namespace) -> int:
+def _set(arguments: argparse.Namespace) -> None:
     given = [v for v in (arguments.value, arguments.textfile, arguments.binfile) if v is not None]
     if len(given) != 1:
         raise ValueError("give a value, or --textfile FILE, or --binfile FILE")
@@ -117,28 +116,26 @@ def _set(arguments: argparse.Namespace) -> int:
         raise ValueError("a parameter cannot be nothing: give a value, or delete it")
     with master_client(arguments) as master:
         master.set_param(absolute(arguments.key), value)
-    return 0
 
 
-def _list(arguments: argparse.Namespace) -> int:
+def _list(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         known = master.get_param_names()
     names = below(known, arguments.namespace)
     warn_if_none(names, "parameter", arguments.namespace, known)
-    return answer(arguments, names, names)
+    answer(arguments, names, names)
 
 
-def _delete(arguments: argparse.Namespace) -> int:
+def _delete(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         try:
             master.delete_param(absolute(arguments.key))
         except MasterError as error:
             names = master.get_param_names()
             raise unknown("there is no parameter", absolute(arguments.key), names, "param list") from error
-    return 0
 
 
-def _search(arguments: argparse.Namespace) -> int:
+def _search(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         try:
             found = master.search_param(arguments.key)
@@ -146,10 +143,10 @@ def _search(arguments: argparse.Namespace) -> int:
             raise CommandError(
                 f"no parameter is called {arguments.key!r} from here upwards; see: rosproto param list"
             ) from error
-    return answer(arguments, found, found)
+    answer(arguments, found, found)
 
 
-def _dump(arguments: argparse.Namespace) -> int:
+def _dump(arguments: argparse.Namespace) -> None:
     value = _fetch(arguments, arguments.namespace)
     text = (
         json_text(plain(value, finite=True), ascii_only=True, indent=2) if arguments.json else to_text(value)
@@ -158,10 +155,9 @@ def _dump(arguments: argparse.Namespace) -> int:
         print(text)
     else:
         write_file(arguments.file, (text + "\n").encode())
-    return 0
 
 
-def _load(arguments: argparse.Namespace) -> int:
+def _load(arguments: argparse.Namespace) -> None:
     text = read_stream(sys.stdin, "standard input") if arguments.file == "-" else read_text(arguments.file)
     origin = "standard input" if arguments.file == "-" else arguments.file
     value = load_text(text, origin)
@@ -173,4 +169,3 @@ def _load(arguments: argparse.Namespace) -> int:
     with master_client(arguments) as master:
         for key, item in value.items() if namespace == "/" else [("", value)]:
             master.set_param((namespace.rstrip("/") + "/" + key).rstrip("/"), item)
-    return 0

@@ -26,7 +26,7 @@ LINGER = 3.0  # seconds that -1 stays, as rostopic does, for subscribers that ar
 FILE_RATE = 10.0  # messages per second from a file or standard input, as in rostopic
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(arguments: argparse.Namespace) -> None:
     """Publish; latched unless a rate is asked for. A file's messages go out one by one, ten a second."""
     if arguments.values and arguments.file:
         raise ValueError("give values or --file, not both")
@@ -47,13 +47,14 @@ def run(arguments: argparse.Namespace) -> int:
         node.publisher(arguments.topic, cls, latch=latch, queue_size=100) as publisher,
     ):
         if piped:
-            return _in_turn(publisher, cls, load_documents(sys.stdin or (), "standard input"), arguments)
-        if arguments.file and not (arguments.rate or arguments.latch):
-            return _in_turn(publisher, cls, messages, arguments)
-        if arguments.rate or arguments.n:
+            _in_turn(publisher, cls, load_documents(sys.stdin or (), "standard input"), arguments)
+        elif arguments.file and not (arguments.rate or arguments.latch):
+            _in_turn(publisher, cls, messages, arguments)
+        elif arguments.rate or arguments.n:
             some = itertools.islice(itertools.cycle(messages), arguments.n)
-            return _in_turn(publisher, cls, some, arguments)
-        return _latched(publisher, cls, messages, arguments)
+            _in_turn(publisher, cls, some, arguments)
+        else:
+            _latched(publisher, cls, messages, arguments)
 
 
 def _messages(arguments: argparse.Namespace) -> list[Any]:
@@ -76,7 +77,7 @@ def _warn_of_another_type(arguments: argparse.Namespace) -> None:
         warn(f"{topic} carries {kind}: its subscribers will not receive {arguments.type}")
 
 
-def _latched(publisher: Any, cls: type[Message], messages: list[Any], arguments: argparse.Namespace) -> int:
+def _latched(publisher: Any, cls: type[Message], messages: list[Any], arguments: argparse.Namespace) -> None:
     for value in messages:
         publisher.publish(from_dict(cls, value, now=Time.from_sec(time.time())))
     if not arguments.once:
@@ -89,10 +90,11 @@ def _latched(publisher: Any, cls: type[Message], messages: list[Any], arguments:
     time.sleep(LINGER)
     if arguments.json:
         print_json({"published": len(messages), "connections": publisher.connections})
-    return 0
 
 
-def _in_turn(publisher: Any, cls: type[Message], values: Iterable[Any], arguments: argparse.Namespace) -> int:
+def _in_turn(
+    publisher: Any, cls: type[Message], values: Iterable[Any], arguments: argparse.Namespace
+) -> None:
     """Publish each message once, at the rate."""
     try:
         publisher.wait_for_connection(timeout=1.0)  # otherwise the first messages are lost
@@ -115,4 +117,3 @@ def _in_turn(publisher: Any, cls: type[Message], values: Iterable[Any], argument
         time.sleep(LINGER)
     if arguments.json:
         print_json({"published": sent, "connections": publisher.connections})
-    return 0

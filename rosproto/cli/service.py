@@ -99,16 +99,16 @@ def type_of(arguments: argparse.Namespace, name: str) -> str:
     return printable(link.header.get("type", ""))
 
 
-def _list(arguments: argparse.Namespace) -> int:
+def _list(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         known = master.get_system_state().services
     services = {name: known[name] for name in below(known, arguments.namespace)}
     warn_if_none(services, "service", arguments.namespace, known)
     lines = [f"{name} {','.join(nodes)}" if arguments.nodes else name for name, nodes in services.items()]
-    return answer(arguments, [{"name": name, "nodes": nodes} for name, nodes in services.items()], lines)
+    answer(arguments, [{"name": name, "nodes": nodes} for name, nodes in services.items()], lines)
 
 
-def _info(arguments: argparse.Namespace) -> int:
+def _info(arguments: argparse.Namespace) -> None:
     name = absolute(arguments.service)
     with master_client(arguments) as master:
         uri = _look_up(master, name)
@@ -117,16 +117,16 @@ def _info(arguments: argparse.Namespace) -> int:
     fields = _fields(arguments, kind)
     facts = {"node": ", ".join(nodes), "uri": uri, "type": kind, "args": fields}
     args = "(unknown type)" if fields is None else " ".join(fields)
-    return answer(arguments, facts, f"Node: {facts['node']}\nURI: {uri}\nType: {kind}\nArgs: {args}")
+    answer(arguments, facts, f"Node: {facts['node']}\nURI: {uri}\nType: {kind}\nArgs: {args}")
 
 
-def _node(arguments: argparse.Namespace) -> int:
+def _node(arguments: argparse.Namespace) -> None:
     name = absolute(arguments.service)
     with master_client(arguments) as master:
         services = master.get_system_state().services
     if not services.get(name):
         raise unknown("no node provides the service", name, services, "service list")
-    return answer(arguments, services[name], services[name])
+    answer(arguments, services[name], services[name])
 
 
 def _fields(arguments: argparse.Namespace, kind: str) -> list[str] | None:
@@ -138,19 +138,19 @@ def _fields(arguments: argparse.Namespace, kind: str) -> list[str] | None:
         return None
 
 
-def _type(arguments: argparse.Namespace) -> int:
+def _type(arguments: argparse.Namespace) -> None:
     kind = type_of(arguments, absolute(arguments.service))
-    return answer(arguments, kind, kind)
+    answer(arguments, kind, kind)
 
 
-def _find(arguments: argparse.Namespace) -> int:
+def _find(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         names = sorted(master.get_system_state().services)
     types = {name: _safe_type(arguments, name) for name in names}
     found = [name for name, kind in types.items() if kind == arguments.type]
     if not found and not arguments.json:
         warn(f"no service is of type {arguments.type}{near(arguments.type, set(types.values()))}")
-    return answer(arguments, found, found)
+    answer(arguments, found, found)
 
 
 def _safe_type(arguments: argparse.Namespace, name: str) -> str:
@@ -161,21 +161,21 @@ def _safe_type(arguments: argparse.Namespace, name: str) -> str:
         return ""  # skip a provider that has gone
 
 
-def _uri(arguments: argparse.Namespace) -> int:
+def _uri(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         uri = _look_up(master, absolute(arguments.service))
-    return answer(arguments, uri, uri)
+    answer(arguments, uri, uri)
 
 
-def _args(arguments: argparse.Namespace) -> int:
+def _args(arguments: argparse.Namespace) -> None:
     from rosproto.codec import service_class
 
     kind = type_of(arguments, absolute(arguments.service))
     fields = list(service_class(kind, library_for(arguments, kind, "srv")).Request.__slots__)
-    return answer(arguments, fields, " ".join(fields))
+    answer(arguments, fields, " ".join(fields))
 
 
-def _call(arguments: argparse.Namespace) -> int:
+def _call(arguments: argparse.Namespace) -> None:
     from rosproto.codec import service_class
     from rosproto.codec.dicts import from_dict, to_dict
 
@@ -193,7 +193,6 @@ def _call(arguments: argparse.Namespace) -> int:
                     print_json(to_dict(response, finite=True))
                 else:
                     print(f"---\n{response}" if index else response, flush=True)
-    return 0
 
 
 def _wait(node: Any, name: str, timeout: float) -> None:

@@ -83,7 +83,7 @@ def _monitor_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _tree(arguments: argparse.Namespace) -> int:
+def _tree(arguments: argparse.Namespace) -> None:
     from rosproto.tf import TransformListener
 
     with open_node(arguments) as node, TransformListener(node) as listener:
@@ -91,7 +91,7 @@ def _tree(arguments: argparse.Namespace) -> int:
         frames = listener.buffer.frames()
     if arguments.json:
         print_json(frames)
-        return 0
+        return
     children: dict[str, list[str]] = {}
     for child, facts in frames.items():
         children.setdefault(str(facts["parent"]), []).append(child)
@@ -100,7 +100,6 @@ def _tree(arguments: argparse.Namespace) -> int:
         raise CommandError(f"no transform was heard on /tf and /tf_static within {arguments.seconds:g} s")
     for root in roots:
         _print_branch(root, children, frames, "", "")
-    return 0
 
 
 def _print_branch(
@@ -123,7 +122,7 @@ def _short(value: object) -> str:
     return f"{value:.3f}" if abs(value) >= 1000.0 else f"{value:.3g}"
 
 
-def _echo(arguments: argparse.Namespace) -> int:
+def _echo(arguments: argparse.Namespace) -> None:
     from rosproto.tf import TransformListener
 
     with open_node(arguments) as node, TransformListener(node) as listener:
@@ -139,7 +138,6 @@ def _echo(arguments: argparse.Namespace) -> int:
             except RosError as error:
                 warn(str(error))
             shown += 1
-    return 0
 
 
 def _print(transform: Any, as_json: bool) -> None:
@@ -165,7 +163,7 @@ STYLE = (
 )
 
 
-def draw(arguments: argparse.Namespace) -> int:
+def draw(arguments: argparse.Namespace) -> None:
     """Receive transforms, and write the picture."""
     from rosproto.tf import TransformListener
 
@@ -180,7 +178,7 @@ def draw(arguments: argparse.Namespace) -> int:
         raise CommandError(f"no transform was heard on /tf and /tf_static within {arguments.seconds:g} s")
     if arguments.json:
         print_json(frames)
-        return 0
+        return
     shown = shown_frames(frames)
     writers = {
         "text": lambda: text_of(shown, now),
@@ -188,7 +186,6 @@ def draw(arguments: argparse.Namespace) -> int:
         "svg": lambda: svg_of(shown, now),
     }
     print(write_picture(file, form, writers) or f"wrote {file}", end="\n" if file else "")
-    return 0
 
 
 def shown_frames(frames: Frames) -> Frames:
@@ -360,7 +357,7 @@ class Arrivals:
         return set.union(*ways) - shared if len(ways) > 1 else ways[0]
 
 
-def monitor(arguments: argparse.Namespace) -> int:
+def monitor(arguments: argparse.Namespace) -> None:
     """Print a report every second until interrupted, or -n reports."""
     from rosproto.codec import message_class
 
@@ -391,7 +388,6 @@ def monitor(arguments: argparse.Namespace) -> int:
             facts = arrivals.facts(arguments.frame)
             reports += 1
             print_json(facts) if arguments.json else print(report(facts), flush=True)
-    return 0
 
 
 def report(facts: list[dict[str, Any]]) -> str:

@@ -56,7 +56,7 @@ def _known(master: MasterClient, topic: str) -> tuple[SystemState, str]:
     return state, master.get_topic_types().get(topic, "*")
 
 
-def _info(arguments: argparse.Namespace) -> int:
+def _info(arguments: argparse.Namespace) -> None:
     topic = absolute(arguments.topic)
     with master_client(arguments) as master:
         state, kind = _known(master, topic)
@@ -65,7 +65,7 @@ def _info(arguments: argparse.Namespace) -> int:
         }
     if arguments.json:
         print_json({**_row(topic, state, {topic: kind}), "uris": uris})
-        return 0
+        return
     print(f"Type: {'unknown type' if kind == '*' else kind}\n")
     for title, nodes in (("Publishers", state.publishers), ("Subscribers", state.subscribers)):
         found = nodes.get(topic, [])
@@ -74,7 +74,6 @@ def _info(arguments: argparse.Namespace) -> int:
             print(f" * {node} ({uris[node]})")
         print()
     print()
-    return 0
 
 
 def _uri(master: MasterClient, node: str) -> str:
@@ -84,15 +83,16 @@ def _uri(master: MasterClient, node: str) -> str:
         return "unknown address"  # it has gone since the previous call
 
 
-def _type(arguments: argparse.Namespace) -> int:
+def _type(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         types = master.get_topic_types()
         topic, path = split_topic(absolute(arguments.topic), list(types))
         _, kind = _known(master, topic)
-    inner = _field_type(arguments, kind, path) if path else ""
-    if not path:
-        return answer(arguments, kind, kind)
-    return answer(arguments, {"type": kind, "field": path, "field_type": inner}, f"{kind} {path} {inner}")
+    if path:
+        inner = _field_type(arguments, kind, path)
+        answer(arguments, {"type": kind, "field": path, "field_type": inner}, f"{kind} {path} {inner}")
+    else:
+        answer(arguments, kind, kind)
 
 
 def _field_type(arguments: argparse.Namespace, kind: str, path: str) -> str:
@@ -111,13 +111,13 @@ def _field_type(arguments: argparse.Namespace, kind: str, path: str) -> str:
     return kind
 
 
-def _find(arguments: argparse.Namespace) -> int:
+def _find(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         types = master.get_topic_types()
     found = sorted(t for t, kind in types.items() if kind == arguments.type)
     if not found and not arguments.json:
         warn(f"no topic carries {arguments.type}{near(arguments.type, set(types.values()))}")
-    return answer(arguments, found, found)
+    answer(arguments, found, found)
 
 
 Side = dict[str, list[str]]
@@ -140,10 +140,11 @@ def _add_list_arguments(parser: argparse.ArgumentParser) -> None:
     add_allow_damaged(parser)
 
 
-def _list(arguments: argparse.Namespace) -> int:
+def _list(arguments: argparse.Namespace) -> None:
     """Print them."""
     if arguments.bag:
-        return _of_bag(arguments)
+        _of_bag(arguments)
+        return
     with master_client(arguments) as master:
         state, types = master.get_system_state(), master.get_topic_types()
         published = {} if arguments.subscribers else _only(state.publishers, arguments.namespace)
@@ -160,7 +161,6 @@ def _list(arguments: argparse.Namespace) -> int:
         for host, (a, b) in hosts.items():
             print(f"Host [{host}]:")
             _print(a, b, types, arguments, "  ")
-    return 0
 
 
 def _only(side: Side, asked: str) -> Side:
@@ -232,7 +232,7 @@ def _stamps(bag: BagReader, names: list[str]) -> list[float]:
     return found
 
 
-def _of_bag(arguments: argparse.Namespace) -> int:
+def _of_bag(arguments: argparse.Namespace) -> None:
     """Print topics, or the message count and times of a namespace, as rostopic list -b."""
     from .bag_files import opened
 
@@ -246,7 +246,7 @@ def _of_bag(arguments: argparse.Namespace) -> int:
         between = f" from {times[0]} to {times[-1]}" if times else ""
         lines = [f"{len(times)} message(s){between}"]
     found = [{"name": n, "types": t.types, "messages": t.message_count} for n, t in facts]
-    return answer(arguments, found, lines)
+    answer(arguments, found, lines)
 
 
 def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
@@ -279,11 +279,11 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def echo(arguments: argparse.Namespace) -> int:
+def echo(arguments: argparse.Namespace) -> None:
     """Print until interrupted, or -n messages."""
     from .echo import run  # late: `topic list` needs no codec
 
-    return run(arguments)
+    run(arguments)
 
 
 def _add_pub_arguments(parser: argparse.ArgumentParser) -> None:
@@ -311,7 +311,7 @@ def _add_pub_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-n", type=count, default=None, metavar="COUNT", help="stop after this many messages")
 
 
-def _pub(arguments: argparse.Namespace) -> int:
+def _pub(arguments: argparse.Namespace) -> None:
     from .publish import run
 
-    return run(arguments)
+    run(arguments)

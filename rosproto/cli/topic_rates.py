@@ -43,7 +43,7 @@ def _common(parser: argparse.ArgumentParser, window: int) -> None:
     )
 
 
-def run_hz(arguments: argparse.Namespace) -> int:
+def run_hz(arguments: argparse.Namespace) -> None:
     """Print the intervals between arrivals every second."""
     wanted = _filter(arguments)
     windows = _windows(arguments)
@@ -59,7 +59,7 @@ def run_hz(arguments: argparse.Namespace) -> int:
         found = {topic: window.news() for topic, window in windows.items()}
         print(hz_text(*found.values()) if len(found) == 1 else hz_table(found), flush=True)
 
-    return _watch(arguments, arrived, report, raw=wanted is None)
+    _watch(arguments, arrived, report, raw=wanted is None)
 
 
 def _windows(arguments: argparse.Namespace) -> dict[str, Window]:
@@ -77,7 +77,7 @@ def _figures(found: Statistics | None, what: str) -> dict[str, float] | None:
     return figures
 
 
-def run_delay(arguments: argparse.Namespace) -> int:
+def run_delay(arguments: argparse.Namespace) -> None:
     """Print arrival time minus header stamp; the clocks must be synchronized."""
     wanted = _filter(arguments)
     windows = _windows(arguments)
@@ -100,10 +100,10 @@ def run_delay(arguments: argparse.Namespace) -> int:
                 text = delay_text(window.news())
                 print(text if len(windows) == 1 else f"{topic}: {text}", flush=True)
 
-    return _watch(arguments, arrived, report, raw=False)
+    _watch(arguments, arrived, report, raw=False)
 
 
-def run_bw(arguments: argparse.Namespace) -> int:
+def run_bw(arguments: argparse.Namespace) -> None:
     """Print the bytes per second, every second."""
     bandwidths = {topic: Bandwidth(max(2, arguments.window)) for topic in _topics(arguments)}
 
@@ -122,7 +122,7 @@ def run_bw(arguments: argparse.Namespace) -> int:
             if text is not None:
                 print(text if len(bandwidths) == 1 else f"{topic}: {text}", flush=True)
 
-    return _watch(arguments, arrived, report, raw=True)
+    _watch(arguments, arrived, report, raw=True)
 
 
 def _filter(arguments: argparse.Namespace) -> Expression | None:
@@ -155,7 +155,7 @@ def _watch(
     report: Callable[[], None],
     *,
     raw: bool,
-) -> int:
+) -> None:
     """Subscribe to all topics and report every second until interrupted."""
     lock = threading.Lock()
     problems: list[Exception] = []
@@ -187,4 +187,3 @@ def _watch(
             with lock:
                 report()
             reports += 1
-    return 0

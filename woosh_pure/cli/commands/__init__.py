@@ -1,9 +1,9 @@
 """The commands, by name: `COMMANDS`.
 
 A command `goto` consists of two functions: `add_goto(parser)` adds its arguments, and `run_goto(args, out)`
-runs it and returns the exit code; slow imports belong inside the latter. To add a command, write both and
-add a row here, and a place in `GROUPS` of tools/manual.py. After a change run `python -m tools.manual`, which
-writes docs/commands.md and docs/commands/.
+runs it and returns the exit code (None: done); slow imports belong inside the latter. To add a command, write
+both and add a row here, and a place in `GROUPS` of tools/manual.py. After a change run `python -m
+tools.manual`, which writes docs/commands.md and docs/commands/.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from argparse import ArgumentParser, Namespace
 from importlib import import_module
 from typing import Any
 
+from rosproto.cli import DONE
 from woosh_pure.cli.output import Output
 
 __all__ = ["COMMANDS", "add_arguments", "run"]
@@ -76,8 +77,8 @@ def add_arguments(name: str, parser: ArgumentParser) -> None:
 
 def run(name: str, args: Namespace, out: Output) -> int:
     """Run a command and return the exit code."""
-    code: int = _function("run", name)(args, out)
-    return code
+    code: int | None = _function("run", name)(args, out)
+    return code or DONE
 
 
 def _function(verb: str, name: str) -> Any:

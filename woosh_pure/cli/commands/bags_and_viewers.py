@@ -107,7 +107,7 @@ def add_foxglove(parser: ArgumentParser) -> None:
     )
 
 
-def run_foxglove(args: Namespace, out: Output) -> int:
+def run_foxglove(args: Namespace, out: Output) -> None:
     from rosproto.gateway import Foxglove
     from woosh_pure.foxglove import ChassisTopics, write_layout
 
@@ -117,7 +117,7 @@ def run_foxglove(args: Namespace, out: Output) -> int:
         out.line("layout: {path} (in the viewer: Layouts, Import from file)", path=write_layout(args.layout))
     if args.layout_only:
         out.result({"layout": str(args.layout)})
-        return 0
+        return
     options = server_options(args, write=driving_patterns() if args.allow_driving else ())
     marks = _Marks(args.marks or config.mark_file())
     with ExitStack() as stack:
@@ -137,7 +137,6 @@ def run_foxglove(args: Namespace, out: Output) -> int:
             until_interrupted(chassis.node, args.seconds)
         except KeyboardInterrupt:
             pass  # the normal end of this command
-    return 0
 
 
 class _Marks:

@@ -30,13 +30,12 @@ def add_imu(parser: ArgumentParser) -> None:
     parser.add_argument("-n", "--count", type=count, default=1, metavar="N", help="number of readings (1)")
 
 
-def run_imu(args: Namespace, out: Output) -> int:
+def run_imu(args: Namespace, out: Output) -> None:
     with connect(args, out) as chassis:
         for index in range(args.count):
             imu = wait_for(chassis.imu, args, out) if index == 0 else chassis.imu.wait(args.wait)
             _show_imu(imu, out)
             (out.result if args.count == 1 else out.record)(imu)
-    return 0
 
 
 def _show_imu(imu: Imu, out: Output) -> None:
@@ -66,7 +65,7 @@ def add_scan(parser: ArgumentParser) -> None:
     parser.add_argument("--map", action="store_true", help="with --png: draw it into the map")
 
 
-def run_scan(args: Namespace, out: Output) -> int:
+def run_scan(args: Namespace, out: Output) -> None:
     if args.map and not args.png:
         raise ValueError("--map draws the scan into the map: give --png FILE too")
     from woosh_pure.readings import scan_in_base
@@ -106,7 +105,6 @@ def run_scan(args: Namespace, out: Output) -> int:
             **_scan_document(scan),
         }
     )
-    return 0
 
 
 def _word(degrees: float) -> str:
@@ -192,7 +190,7 @@ def add_camera(parser: ArgumentParser) -> None:
     where.add_argument("--no-file", action="store_true", help="write nothing, only tell about it")
 
 
-def run_camera(args: Namespace, out: Output) -> int:
+def run_camera(args: Namespace, out: Output) -> None:
     if args.millimetres and not args.depth:
         raise ValueError("--millimetres is about the depth image: give --depth too")
     with connect(args, out) as chassis:
@@ -216,7 +214,6 @@ def run_camera(args: Namespace, out: Output) -> int:
         file = args.png or _free_name("depth" if args.depth else "camera")
         facts["file"] = write(file, image_png(image, millimetres=args.millimetres), out)
     out.result(facts)
-    return 0
 
 
 def _free_name(kind: str) -> Path:
@@ -256,7 +253,7 @@ def add_cloud(parser: ArgumentParser) -> None:
     )
 
 
-def run_cloud(args: Namespace, out: Output) -> int:
+def run_cloud(args: Namespace, out: Output) -> None:
     with connect(args, out) as chassis:
         cloud = wait_for(chassis.obstacle_points if args.obstacles else chassis.points, args, out)
     points = cloud.points
@@ -267,7 +264,6 @@ def run_cloud(args: Namespace, out: Output) -> int:
             out.line(" ", say("{axis} {lowest:+.3f} to {highest:+.3f} m", axis=axis, lowest=a, highest=b))
     file = write(args.ply, ply(cloud), out) if args.ply else None
     out.result({"points": len(points), "frame": cloud.frame, "low": low, "high": high, "file": file})
-    return 0
 
 
 def ply(cloud: PointCloud) -> bytes:
@@ -306,13 +302,13 @@ def add_led(parser: ArgumentParser) -> None:
     parser.add_argument("--list", action="store_true", help="list the states; asks no chassis")
 
 
-def run_led(args: Namespace, out: Output) -> int:
+def run_led(args: Namespace, out: Output) -> None:
     words = enum_words(LedState)
     if args.list:
         for word in words:
             out.line(word)
         out.result({word: int(LedState[word_of(word)]) for word in words})
-        return 0
+        return
     if args.state is not None and args.color is None and args.state.lower() in COLOURS:
         args.state, args.color = None, args.state
     if args.state is None:
@@ -338,7 +334,6 @@ def run_led(args: Namespace, out: Output) -> int:
     shown = "{strip} strip: {state}" if color is None else "{strip} strip: {state}, colour {color:06x}"
     out.line(shown, strip=args.strip, state=args.state, color=color)
     out.result({"strip": args.strip, "state": args.state, "color": color, "module": args.module})
-    return 0
 
 
 def _color(text: str | None) -> int | None:
@@ -362,7 +357,7 @@ def add_say(parser: ArgumentParser) -> None:
     parser.add_argument("text", nargs="+", help="what to say")
 
 
-def run_say(args: Namespace, out: Output) -> int:
+def run_say(args: Namespace, out: Output) -> None:
     text = " ".join(args.text)
     if not text.strip():
         raise ValueError("the text is empty; give the words to say")
@@ -370,4 +365,3 @@ def run_say(args: Namespace, out: Output) -> int:
         chassis.say(text)
     out.line("said: {text}", text=text)
     out.result({"said": text})
-    return 0

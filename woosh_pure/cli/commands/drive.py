@@ -61,7 +61,7 @@ def add_drive(parser: ArgumentParser) -> None:
     add_watchdog(parser)
 
 
-def run_drive(args: Namespace, out: Output) -> int:
+def run_drive(args: Namespace, out: Output) -> None:
     if args.json:
         raise ValueError("--json: there is nothing to print for programs; use Chassis.velocity in Python")
     if not (is_terminal(sys.stdin) and is_terminal(sys.stdout)):
@@ -81,7 +81,6 @@ def run_drive(args: Namespace, out: Output) -> int:
             out.line("the robot stands still")
         except RosTimeout:
             out.line(chassis.stop(timeout=4.0).sentence())
-    return 0
 
 
 def _ask(out: Output) -> None:

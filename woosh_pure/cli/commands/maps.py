@@ -44,8 +44,8 @@ def add_map(parser: ArgumentParser) -> None:
     )
 
 
-def run_map(args: Namespace, out: Output) -> int:
-    return {"show": _show_map, "save": _save_map, "set": _set_map}[args.verb](args, out)
+def run_map(args: Namespace, out: Output) -> None:
+    {"show": _show_map, "save": _save_map, "set": _set_map}[args.verb](args, out)
 
 
 def _map_facts(grid: GridMap) -> dict[str, Any]:
@@ -77,15 +77,14 @@ def _get_map(chassis: Chassis, out: Output) -> GridMap:
         return chassis.get_map()
 
 
-def _show_map(args: Namespace, out: Output) -> int:
+def _show_map(args: Namespace, out: Output) -> None:
     with connect(args, out) as chassis:
         grid = _get_map(chassis, out)
     _say_size(grid, out)
     out.result(_map_facts(grid))
-    return 0
 
 
-def _save_map(args: Namespace, out: Output) -> int:
+def _save_map(args: Namespace, out: Output) -> None:
     target = args.out.with_suffix("") if args.out.suffix in (".yaml", ".pgm", ".png") else args.out
     if not target.parent.is_dir():
         raise ValueError(say("{parent} is no directory; make it first", parent=target.parent))
@@ -101,7 +100,6 @@ def _save_map(args: Namespace, out: Output) -> int:
     for file in files:
         out.line("wrote {path}", path=file)
     out.result({**_map_facts(grid), "files": [str(file) for file in files]})
-    return 0
 
 
 def _draw_map(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
@@ -133,7 +131,7 @@ def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
     return known_path(chassis)
 
 
-def _set_map(args: Namespace, out: Output) -> int:
+def _set_map(args: Namespace, out: Output) -> None:
 
     grid = GridMap.load(args.file)
     with connect(args, out) as chassis, out.working("sending the map"):
@@ -141,7 +139,6 @@ def _set_map(args: Namespace, out: Output) -> int:
     _say_size(grid, out)
     out.line("the chassis took it")
     out.result(_map_facts(grid))
-    return 0
 
 
 def add_marks(parser: ArgumentParser) -> None:
@@ -169,9 +166,10 @@ def add_marks(parser: ArgumentParser) -> None:
     remove.add_argument("mark", help="its name")
 
 
-def run_marks(args: Namespace, out: Output) -> int:
+def run_marks(args: Namespace, out: Output) -> None:
     if args.sim and args.file is None:
-        return _simulated_marks(args, out)
+        _simulated_marks(args, out)
+        return
     marks = MarkFile(args.file or config.mark_file())
     if args.verb == "add":
         before = {mark.name: mark for mark in marks}.get(args.name)
@@ -198,10 +196,9 @@ def run_marks(args: Namespace, out: Output) -> int:
         if not len(marks):
             out.line("no marks in {path}; add one with `woosh marks add NAME`", path=marks.path)
     out.result(sorted(marks, key=lambda m: m.name))
-    return 0
 
 
-def _simulated_marks(args: Namespace, out: Output) -> int:
+def _simulated_marks(args: Namespace, out: Output) -> None:
     """With --sim: list the marks of the simulated hall; refuse changes."""
     if args.verb != "list":
         raise ValueError(
@@ -210,7 +207,6 @@ def _simulated_marks(args: Namespace, out: Output) -> int:
     marks = [UserMark(name, where) for name, where in sorted(marks_here(args).items())]
     _print_marks(marks, out)
     out.result(marks)
-    return 0
 
 
 def _print_marks(marks: Iterable[UserMark], out: Output) -> None:

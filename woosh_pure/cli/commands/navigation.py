@@ -39,7 +39,7 @@ def add_localization(parser: ArgumentParser) -> None:
     tell.add_argument("--yaw-deviation", type=finite, default=15.0, metavar="DEGREES", help="1 sigma (15)")
 
 
-def run_localization(args: Namespace, out: Output) -> int:
+def run_localization(args: Namespace, out: Output) -> None:
     with connect(args, out) as chassis:
         if args.verb == "show":
             estimate = wait_for(chassis.localization, args, out)
@@ -65,7 +65,6 @@ def run_localization(args: Namespace, out: Output) -> int:
                 chassis.start_localization(args.verb == "start")
             out.line("localisation: {verb}", verb=args.verb)
             out.result({"done": args.verb})
-    return 0
 
 
 def add_plan(parser: ArgumentParser) -> None:
@@ -132,7 +131,7 @@ def add_costmap(parser: ArgumentParser) -> None:
     )
 
 
-def run_costmap(args: Namespace, out: Output) -> int:
+def run_costmap(args: Namespace, out: Output) -> None:
     with connect(args, out) as chassis, out.working("asking the navigation"):
         if args.setting == "clear":
             chassis.clear_costmaps()
@@ -140,7 +139,6 @@ def run_costmap(args: Namespace, out: Output) -> int:
             chassis.enable_costmaps(args.setting == "on")
     out.line(_COSTMAP_SAID[args.setting])
     out.result({"done": args.setting})
-    return 0
 
 
 def add_footprint(parser: ArgumentParser) -> None:
@@ -158,7 +156,7 @@ def add_footprint(parser: ArgumentParser) -> None:
     which.add_argument("--global", dest="global_", action="store_true", help="only for planning")
 
 
-def run_footprint(args: Namespace, out: Output) -> int:
+def run_footprint(args: Namespace, out: Output) -> None:
     shape = _footprint_shape(args)
     with connect(args, out) as chassis, out.working("looking for the navigation"):
         outline = chassis.set_footprint(
@@ -172,7 +170,6 @@ def run_footprint(args: Namespace, out: Output) -> int:
         circumscribed_radius=outline.circumscribed_radius,
     )
     out.result({"points": outline.points, "local": not args.global_, "global": not args.local})
-    return 0
 
 
 def _footprint_shape(args: Namespace) -> Footprint:
@@ -210,7 +207,7 @@ def add_mode(parser: ArgumentParser) -> None:
     parser.add_argument("--timeout", type=positive, default=10.0, metavar="S", help="to confirm it (10)")
 
 
-def run_mode(args: Namespace, out: Output) -> int:
+def run_mode(args: Namespace, out: Output) -> None:
     mode = NavigationMode[word_of(args.mode)]
     if mode is NavigationMode.WAIT_THEN_AVOID and args.waiting_timeout is None:
         raise ValueError(say("{mode} needs --waiting-timeout, in seconds", mode=args.mode))
@@ -227,4 +224,3 @@ def run_mode(args: Namespace, out: Output) -> int:
         )
     out.line("navigation mode: {mode}", mode=args.mode)
     out.result({"mode": args.mode})
-    return 0

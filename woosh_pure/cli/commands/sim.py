@@ -114,7 +114,7 @@ def add_sim(parser: ArgumentParser) -> None:
     )
 
 
-def run_sim(args: Namespace, out: Output) -> int:
+def run_sim(args: Namespace, out: Output) -> None:
     hurry()
     from rosproto.transport import Deadline
     from woosh_pure.sim import Settings, SimulatedChassis
@@ -162,7 +162,6 @@ def run_sim(args: Namespace, out: Output) -> int:
             if args.seconds is not None and at <= args.seconds:
                 out.line("now: {fault}", fault=text)
                 inject(sim, text)
-    return 0
 
 
 def _require_known(version: str) -> None:

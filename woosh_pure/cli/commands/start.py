@@ -122,12 +122,16 @@ def run_connect(args: Namespace, out: Output) -> int:
         raise ValueError("give the address of a chassis, or --show, or --forget")
     if args.sim:
         raise ValueError("--sim needs no connecting: use it with any other command")
+    if args.show:
+        return _show_profile(out)
     if args.forget:
-        return _forget_profile(out)
-    return _show_profile(out) if args.show else _save_profile(address, args, out)
+        _forget_profile(out)
+    else:
+        _save_profile(address, args, out)
+    return 0
 
 
-def _save_profile(address: str, args: Namespace, out: Output) -> int:
+def _save_profile(address: str, args: Namespace, out: Output) -> None:
     from woosh_pure.connection.arguments import master_uri_of
 
     uri = master_uri_of(address)
@@ -136,7 +140,6 @@ def _save_profile(address: str, args: Namespace, out: Output) -> int:
     path = config.save(config.Profile(address, args.host))
     out.line("{uri} is now the default chassis (in {path})", uri=uri, path=path)
     out.result({"chassis": address, "master_uri": uri, "host": args.host, "file": str(path)})
-    return 0
 
 
 def _require_master(uri: str, args: Namespace, out: Output) -> None:
@@ -173,11 +176,10 @@ def _show_profile(out: Output) -> int:
     return 0 if profile else 1
 
 
-def _forget_profile(out: Output) -> int:
+def _forget_profile(out: Output) -> None:
     known = config.forget()
     out.line("forgotten" if known else "no chassis was remembered")
     out.result({"forgotten": known})
-    return 0
 
 
 def add_doctor(parser: ArgumentParser) -> None:

@@ -75,7 +75,7 @@ def add_vda5050(parser: ArgumentParser) -> None:
     add_watchdog(parser)
 
 
-def run_vda5050(args: Namespace, out: Output) -> int:
+def run_vda5050(args: Namespace, out: Output) -> None:
     hurry()
     from rosproto.transport import Deadline
     from woosh_pure.chassis import Chassis
@@ -114,7 +114,6 @@ def run_vda5050(args: Namespace, out: Output) -> int:
         deadline = Deadline(args.seconds)
         while not deadline.expired:
             time.sleep(min(0.5, deadline.remaining() or 0.5))
-    return 0
 
 
 def _config(args: Namespace) -> FleetConfig:

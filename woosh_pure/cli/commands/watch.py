@@ -40,7 +40,7 @@ def add_watch(parser: ArgumentParser) -> None:
     parser.add_argument("--no-map", action="store_true", help="do not fetch the map")
 
 
-def run_watch(args: Namespace, out: Output) -> int:
+def run_watch(args: Namespace, out: Output) -> None:
     whole = not (args.lines or args.json) and enable_escapes(sys.stdout)
     rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
     if not 0.05 <= rate <= 30.0:
@@ -58,7 +58,6 @@ def run_watch(args: Namespace, out: Output) -> int:
             _on_screen(observer, args, 1.0 / rate, deadline)
         else:
             _by_line(observer, out, 1.0 / rate, deadline)
-    return 0
 
 
 def _on_screen(observer: Observer, args: Namespace, period: float, deadline: Deadline) -> None:
