@@ -1,13 +1,7 @@
-"""TCP sockets: listen on one address, set the options for robots, limit waits. (To connect: connecting.py.)
-
-Time-outs are set in the kernel (SO_RCVTIMEO, SO_SNDTIMEO): with `socket.settimeout` Python polls before every
-call, two more system calls per service call on each side. Windows keeps `settimeout`, and so do the sockets
-of gevent, which never wait in the kernel.
-"""
+"""TCP sockets: listen on one address, and set the options for robots. (To connect: connecting.py.)"""
 
 from __future__ import annotations
 
-import _socket
 import selectors
 import socket
 import struct
@@ -206,25 +200,6 @@ def _probe_windows(sock: socket.socket, idle: float, interval: float) -> None:
         control(values, (1, int(1000 * idle), int(1000 * interval)))
     except OSError:
         pass  # as above
-
-
-_TIMEVAL = struct.Struct("@ll")  # seconds, microseconds; macOS pads its shorter microseconds to the same
-_KERNEL = sys.platform in ("linux", "darwin") and _TIMEVAL.size == 16
-
-
-def limit_waits(sock: socket.socket, seconds: float | None) -> None:
-    """Set a time-out for every later send or receive; None waits for ever.
-
-    It raises BlockingIOError or TimeoutError. Do not mix with `settimeout` on the same socket.
-    """
-    if not (_KERNEL and isinstance(sock, _socket.socket)):
-        sock.settimeout(seconds)
-        return
-    whole = 0.0 if seconds is None else max(seconds, 1e-5)  # zero means for ever there
-    value = _TIMEVAL.pack(int(whole), int(whole % 1 * 1e6))
-    sock.setblocking(True)
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, value)
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, value)
 
 
 def open_selector(doing: str) -> selectors.BaseSelector:

@@ -1,8 +1,7 @@
-"""Read and write the TCPROS connection header on a blocking socket, and write whole buffers, within a
-deadline.
+"""Read and write the connection header on a blocking socket within a deadline, and write whole buffers.
 
 In rospy the connect time-out does not cover the handshake, which can hang for ever; here one deadline covers
-both. The socket is blocking again when a function returns.
+both. The socket is blocking again when a function with a deadline returns.
 """
 
 from __future__ import annotations
@@ -63,6 +62,22 @@ def write_all(sock: socket.socket, data: bytes | bytearray | memoryview, deadlin
     except OSError as error:
         peer = peer_name(sock)
         raise translate(error, f"write to {peer}", peer, deadline) from error
+
+
+def write_steadily(sock: socket.socket, data: bytes) -> None:
+    """Write all bytes, however long it takes: the socket's time-out limits only the wait for the next piece.
+
+    Raises:
+        ConnectionLost: The peer closed.
+        RosTimeout: The peer accepted nothing within the time-out.
+    """
+    try:
+        sent = sock.send(data)
+        while sent < len(data):
+            sent += sock.send(memoryview(data)[sent:])
+    except OSError as error:
+        peer = peer_name(sock)
+        raise translate(error, f"write to {peer}", peer) from error
 
 
 def read_header(sock: socket.socket, limits: Limits, deadline: Deadline) -> dict[str, str]:

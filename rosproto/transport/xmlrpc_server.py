@@ -25,14 +25,13 @@ from rosproto.protocol.http import (
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.tcp_server import Allow, TcpServer
-from rosproto.transport.tcpros_io import write_all
+from rosproto.transport.tcpros_io import write_steadily
 from rosproto.transport.uri import format_address, make_uri
 
 log = get_logger("rosproto.transport")
 
 _PATHS = ("/", "/RPC2")
 _RECV_BYTES = 1 << 16
-_SEND_BYTES = 1 << 16
 _LEAST_BYTES_PER_SECOND = 16 << 10  # of a request that takes longer than handshake_seconds
 _LINGER_SECONDS = 1.0
 _LINGER_BYTES = 1 << 20
@@ -296,11 +295,8 @@ class _HttpConnection:
         return request.keep_alive
 
     def _send(self, data: bytes) -> None:
-        """Write everything; drop a peer that does not accept the next piece within handshake_seconds."""
-        view = memoryview(data)
-        for start in range(0, len(data), _SEND_BYTES):
-            deadline = Deadline(self._limits.handshake_seconds, self._clock)
-            write_all(self._sock, view[start : start + _SEND_BYTES], deadline)
+        self._sock.settimeout(self._limits.handshake_seconds)
+        write_steadily(self._sock, data)
 
     def _refuse(self, status: int, error: RemoteProtocolError) -> None:
         log.debug("! %s: request from %s refused: %s", self._server._name, self._peer, error)

@@ -23,7 +23,7 @@ from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.robot_host_names import HostNames
-from rosproto.transport.tcp import interrupt, limit_waits, set_linger
+from rosproto.transport.tcp import interrupt, set_linger
 from rosproto.transport.tcpros_io import read_header, write_header
 from rosproto.transport.uri import format_address
 
@@ -41,7 +41,7 @@ class ServiceLink:
         revision: The provider's revision of the service type; None when it has ours.
     """
 
-    __slots__ = ("_answers", "_limit", "_poll", "_service", "_sock", "header", "peer", "revision")
+    __slots__ = ("_answers", "_poll", "_service", "_sock", "header", "peer", "revision")
 
     def __init__(
         self, sock: socket.socket, header: dict[str, str], *, service: str, peer: str, limits: Limits
@@ -50,7 +50,6 @@ class ServiceLink:
         self._service = service
         self._answers = FrameDecoder(limits.message_bytes, room=ROOM, step=STEP)
         self._poll: Any = None  # a select.poll, which Windows lacks
-        self._limit: float | None = 0.0  # seconds; socket timeout, None waits for ever
         self.header = header
         self.peer = peer
         self.revision: ServiceRevision | None = None
@@ -118,7 +117,7 @@ class ServiceLink:
 
     def _exchange(self, request: bytes | None, deadline: Deadline) -> bytes:
         try:
-            self._limit_waits(deadline)
+            self._sock.settimeout(deadline.for_socket())
             if request is not None:
                 self._sock.sendall(frame(request))
             ok, body = self._read_answer(deadline)
@@ -128,15 +127,14 @@ class ServiceLink:
             set_linger(self._sock, False)
             if isinstance(error, RosError) or not isinstance(error, OSError):
                 raise
-            late = isinstance(error, (BlockingIOError, TimeoutError))
-            raise (self._late() if late else self._lost(error)) from error
+            raise (self._late() if isinstance(error, TimeoutError) else self._lost(error)) from error
         if not ok:
             raise ServiceError(self._service, body.decode("utf-8", "backslashreplace"))
         return body
 
     def prepare(self) -> None:
         """Let a later `post` fail instead of waiting."""
-        self._limit_waits(Deadline(POST))
+        self._sock.settimeout(POST)
 
     def post(self, request: bytes) -> None:
         """Send one encoded request without waiting for its answer; call `prepare` first.
@@ -161,25 +159,12 @@ class ServiceLink:
             ok = answers.take(1) if ok is None else ok
             if ok is not None and (body := answers.next_frame()) is not None:
                 break
-            self._limit_waits(deadline)
+            self._sock.settimeout(deadline.for_socket())
         if answers.buffered:
             raise RemoteProtocolError(
                 f"service {self._service}: {self.peer} sent {answers.buffered} bytes more than one answer"
             )
         return ok != b"\0", body
-
-    def _limit_waits(self, deadline: Deadline) -> None:
-        """Set the socket timeout; differences below a millisecond are ignored to save the system call."""
-        remaining = deadline.remaining()
-        if remaining is None:
-            if self._limit is None:
-                return
-        elif remaining <= 0:
-            raise self._late()
-        elif self._limit is not None and 0 <= self._limit - remaining < 0.001:
-            return
-        limit_waits(self._sock, remaining)
-        self._limit = remaining
 
     def _late(self) -> RosTimeout:
         return RosTimeout(

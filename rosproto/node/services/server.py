@@ -22,8 +22,8 @@ from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.handshake import ServiceRequest, check_service_client_header, service_server_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import interrupt, limit_waits
-from rosproto.transport.tcpros_io import write_header
+from rosproto.transport.tcp import interrupt
+from rosproto.transport.tcpros_io import write_header, write_steadily
 
 LONGEST_ERROR = 64 << 10  # bytes of error text
 
@@ -142,9 +142,9 @@ class ServiceSession:
         """
         self._thread = threading.current_thread()
         try:
-            limit_waits(self._sock, self._stall_seconds)
+            self._sock.settimeout(self._stall_seconds)
             while (request := self._read_request()) is not None and self._begin():
-                self._sock.sendall(self._answer(request))
+                write_steadily(self._sock, self._answer(request))
                 if not self._end() or not self._persistent:
                     break
         except RemoteProtocolError as error:
@@ -168,7 +168,7 @@ class ServiceSession:
                 return request
             try:
                 count = self._sock.recv_into(requests.space())
-            except (BlockingIOError, TimeoutError):
+            except TimeoutError:
                 if requests.buffered:
                     raise
                 continue  # idle, not stalled

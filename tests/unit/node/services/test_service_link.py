@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import struct
 import threading
+import time
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -36,7 +37,7 @@ class CountingSocket:
     def recv_into(self, space: memoryview) -> int:
         try:
             return self._sock.recv_into(space)
-        except (BlockingIOError, TimeoutError):
+        except TimeoutError:
             self._left -= 1
             if not self._left:
                 self.timed_out_twice.set()
@@ -63,6 +64,15 @@ def serving(
     thread = threading.Thread(target=session.run, daemon=True)
     thread.start()
     return session, thread
+
+
+def read_slowly(sock: socket.socket) -> int:
+    """Read three megabytes a second at most, until the other side closes; return how many bytes came."""
+    count = 0
+    while part := sock.recv(60_000):
+        count += len(part)
+        time.sleep(0.02)
+    return count
 
 
 @pytest.mark.parametrize("size", [0, 1, 4, 65531, 65532, 70_000, 3_000_000])
@@ -124,6 +134,17 @@ def test_a_provider_that_dribbles_for_ever_does_not_stretch_the_deadline(pair):
     pair[1].send(answer(bytes(100))[:50])
     with pytest.raises(RosTimeout):
         link_on(pair[0]).call(b"x", Deadline(0.02))
+
+
+def test_a_provider_that_reads_slowly_does_not_stretch_the_deadline(pair):
+    thread = threading.Thread(target=read_slowly, args=(pair[1],))
+    thread.start()
+    begun = time.monotonic()
+    with pytest.raises(RosTimeout):
+        link_on(pair[0]).call(bytes(50_000_000), Deadline(0.2))
+    assert time.monotonic() - begun < 5
+    pair[0].close()
+    thread.join()
 
 
 def test_an_enormous_answer_is_refused_before_it_is_read(pair):
@@ -211,6 +232,23 @@ def test_a_client_that_never_reads_its_answers_ends_its_session(pair):
     pair[0].sendall(struct.pack("<I", 0))
     thread.join(20)
     assert not thread.is_alive()
+
+
+def test_a_client_that_stops_reading_within_an_answer_ends_its_session(pair):
+    _, thread = serving(pair[1], lambda request: answer(bytes(50_000_000)), stall_seconds=0.05)
+    pair[0].sendall(struct.pack("<I", 0))
+    assert len(pair[0].recv(1_000_000)) > 0
+    thread.join(20)
+    assert not thread.is_alive()
+
+
+def test_an_answer_may_take_longer_than_the_limit_while_its_bytes_flow(pair):
+    size, stall_seconds = 2_000_000, 0.5
+    serving(pair[1], lambda request: answer(bytes(size)), persistent=False, stall_seconds=stall_seconds)
+    pair[0].sendall(struct.pack("<I", 0))
+    begun = time.monotonic()
+    assert read_slowly(pair[0]) == len(answer(bytes(size)))
+    assert time.monotonic() - begun > stall_seconds
 
 
 def test_finishing_an_idle_session_ends_it(pair):
