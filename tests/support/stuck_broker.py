@@ -22,12 +22,14 @@ class StuckBroker:
 
     Attributes:
         accepted: Number of accepted connections.
+        names: Client ids, as their CONNECT says them.
         reading: Set while it reads; read data is discarded.
     """
 
     def __init__(self, answer: int | None = 0, *, old: bool = False) -> None:
         self.answer, self.old = answer, old
         self.accepted = 0
+        self.names: list[str] = []
         self.reading = threading.Event()
         self.came = threading.Condition()
         self._closing = threading.Event()
@@ -79,7 +81,14 @@ class StuckBroker:
         try:
             found = client.recv(4096)
             if found and self.answer is not None:
-                level = found[LEVEL + (found[1] >= 0x80)]
+                at = LEVEL + (found[1] >= 0x80)
+                level = found[at]
+                at += 4  # flags and keep-alive follow, in MQTT 5 the properties
+                at += 1 + found[at] if level == 5 else 0
+                length = int.from_bytes(found[at : at + 2], "big")
+                with self.came:
+                    self.names.append(found[at + 2 : at + 2 + length].decode())
+                    self.came.notify_all()
                 client.sendall(
                     OLD_CONNACK % (1 if level == 5 else self.answer) if self.old else CONNACK % self.answer
                 )

@@ -199,9 +199,9 @@ def test_options_that_contradict_each_other(capsys: pytest.CaptureFixture[str]) 
 def test_the_progress_line_has_rate_size_and_losses() -> None:
     """What is shown while recording."""
     line = _Line(quiet=True)
-    line._before = RecorderStats(0, 0, 1 << 20, 0, 2, 1.0, "x.bag")
-    text = line.text(RecorderStats(500, 3, 21 << 20, 9 << 20, 2, 3.0, "x.bag"))
-    assert text == "3 s  500 messages  2 topics  21.0 MB  10.0 MB/s  9.0 MB wait for the disk  3 DROPPED"
+    line.show(RecorderStats(0, 0, 1 << 20, 0, 2, 11.0, "x.bag"))
+    text = line.text(RecorderStats(500, 3, 21 << 20, 9 << 20, 2, 13.0, "x.bag"))
+    assert text == "13 s  500 messages  2 topics  21.0 MB  10.0 MB/s  9.0 MB wait for the disk  3 DROPPED"
 
 
 def test_play(graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -176,11 +176,13 @@ def test_a_broker_that_hangs_up_at_once_is_not_stormed(
     assert "does another process say" in caplog.text
 
 
-def test_the_name_stays_and_every_broker_takes_it() -> None:
+def test_the_name_stays_and_every_broker_takes_it(opened: Any) -> None:
     """So a broker ends the connection of before when the next one comes."""
-    names = {
-        RecordedConnection("mqtt://127.0.0.1:1", serial).connection._name()
-        for serial in ("1", "1", "2" * 300)
-    }
-    assert len(names) == 2
+    with StuckBroker() as broker:
+        for serial in ("1", "1", "2" * 300):
+            heard = opened(broker.url, serial)
+            heard.until(lambda heard=heard: heard.told == [True])
+        names = broker.names
+    assert len(names) == 3
+    assert names[0] == names[1] != names[2]
     assert all(name.isalnum() and len(name) <= 23 for name in names)

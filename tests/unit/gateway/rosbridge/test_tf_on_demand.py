@@ -10,7 +10,7 @@ import pytest
 
 from rosproto.gateway import Access, Rosbridge
 from rosproto.master import Master
-from rosproto.node import Node
+from rosproto.node import Node, Subscriber
 from rosproto.tf import StaticTransformBroadcaster, Transform
 from tests.support.victim import eventually
 
@@ -46,6 +46,11 @@ GOAL = {
 }  # fmt: skip
 
 
+def running(status: Subscriber) -> list[str]:
+    """The goals that are active or being cancelled in the next status."""
+    return [each.goal_id.id for each in status.next(10).status_list if each.status in (0, 1, 6, 7)]
+
+
 def say(client: Any, **message: Any) -> None:
     client.send(json.dumps(message))
 
@@ -68,11 +73,14 @@ def test_it_begins_with_the_first_goal_and_ends_with_its_client(nodes: tuple[Nod
             feedback = until(client, "publish")["msg"]["feedback"]["transforms"]
             assert feedback[0]["child_frame_id"] == "base"
             assert feedback[0]["transform"]["translation"]["x"] == 1.5
-            assert bridge._state is not None
-            republisher = bridge._state.tf._republisher
-            assert republisher is not None
-            assert [goal.id for goal in republisher._server.goals] == ["mine"]
-        eventually(lambda: not republisher._server.goals, 10)
+            with robot.subscriber(
+                "/tf2_web_republisher/status", "actionlib_msgs/GoalStatusArray", queue_size=1
+            ) as status:
+                assert running(status) == ["mine"]
+        with robot.subscriber(
+            "/tf2_web_republisher/status", "actionlib_msgs/GoalStatusArray", queue_size=1
+        ) as status:
+            eventually(lambda: running(status) == [], 10)
     eventually(lambda: "/tf2_web_republisher" not in str(robot.master.get_system_state()), 10)
 
 
@@ -131,5 +139,6 @@ def test_it_leaves_a_real_one_alone(nodes: tuple[Node, Node]) -> None:
         say(client, op="advertise", topic="/tf2_web_republisher/goal", type=kind, latch=True)
         say(client, op="publish", topic="/tf2_web_republisher/goal", msg=GOAL)
         assert goals.next(10).goal_id.id == "mine"
-        assert bridge._state is not None
-        assert bridge._state.tf._republisher is None
+        state = robot.master.get_system_state()
+        assert state.publishers["/tf2_web_republisher/status"] == ["/robot"]
+        assert "/republish_tfs" not in state.services
