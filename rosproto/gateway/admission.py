@@ -41,13 +41,22 @@ class Admission:
         origins: Origins of pages that may connect besides those of this computer, as a browser writes them;
             "*" for all. A client without an origin is not a browser.
         token: The secret that a client must send, as `?token=T` or `Authorization: Bearer T`; None for none.
-        subprotocols: A client must offer one of these, unless there are none.
+        subprotocols: A client must offer one of these, the best first, unless there are none;
+            `ClientChannel.subprotocol` is the agreed one.
+
+    Raises:
+        ValueError: Others can reach the address, and there is no token.
     """
 
     bound: str
     origins: Sequence[str] = ()
     token: str | None = None
     subprotocols: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        require_token_off_loopback(self.bound, self.token)
+        if isinstance(self.origins, str):
+            raise ValueError(f"origins are a list of texts; for one alone write [{self.origins!r}]")
 
     def check(self, path: str, header: Callable[[str], Sequence[str]]) -> AdmissionRefusal | None:
         """Return why a request is refused, or None.

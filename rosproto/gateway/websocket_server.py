@@ -14,7 +14,7 @@ import ssl
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future, wait
 from contextlib import suppress
 from http import HTTPStatus
@@ -23,7 +23,7 @@ from typing import Any
 
 from rosproto.aio.pool import Pool, notify
 from rosproto.errors import LocalProtocolError, RosTimeout
-from rosproto.gateway.admission import Admission, AdmissionRefusal, require_token_off_loopback
+from rosproto.gateway.admission import Admission, AdmissionRefusal
 from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.outbox_writer import OutboxWriter, closed_error
@@ -62,19 +62,14 @@ class WebSocketServer:
 
     Args:
         open_session: Called in the loop for each new client.
-        host: Address to listen on.
+        admission: Its address to listen on, and who may connect.
         port: Port, 0 for a free one.
         limits: Bounds.
         tls: Certificate and key; None for none.
-        origins: Origins of pages that may connect, besides those of this computer.
-        token: The secret that a client must send; None only on loopback.
-        subprotocols: A client must offer one of these, the best first, unless there are none;
-            `ClientChannel.subprotocol` is the agreed one.
         name: For threads and errors.
 
     Raises:
         LocalProtocolError: `websockets` is missing.
-        ValueError: Others can reach the address, and there is no token.
         ConnectionLost: The address cannot be listened on.
 
     Attributes:
@@ -87,21 +82,15 @@ class WebSocketServer:
     def __init__(
         self,
         open_session: Callable[[ClientChannel], ClientSession],
+        admission: Admission,
         *,
-        host: str = "127.0.0.1",
         port: int = 0,
         limits: GatewayLimits | None = None,
         tls: ssl.SSLContext | None = None,
-        origins: Sequence[str] = (),
-        token: str | None = None,
-        subprotocols: Sequence[str] = (),
         name: str = "gateway",
     ) -> None:
         self._websockets = need_websockets(name)
-        require_token_off_loopback(host, token)
-        if isinstance(origins, str):
-            raise ValueError(f"origins are a list of texts; for one alone write [{origins!r}]")
-        self.host = host
+        self.host = host = admission.bound
         self.limits = limits or GatewayLimits()
         self.secure = tls is not None
         self.refused: Counter[str] = Counter()
@@ -110,7 +99,7 @@ class WebSocketServer:
         self.peer_log = PeerLog("rosproto.gateway")
         self._open_session = open_session
         self._tls = tls
-        self._admission = Admission(host, tuple(origins), token, tuple(subprotocols))
+        self._admission = admission
         self._name = name
         self._lock = threading.Lock()
         self._channels: dict[Any, ClientChannel] = {}  # by connection

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from urllib.parse import quote
 
 from rosproto.gateway.access import Access
+from rosproto.gateway.admission import Admission
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
@@ -118,19 +119,17 @@ class Foxglove(GatewayServer):
             topics=topics,
             assets=Assets(assets),
         )
-        serve = partial(
-            WebSocketServer,
-            partial(FoxgloveSession, self._state),
-            host=host,
-            port=port,
-            limits=self._state.limits,
-            tls=tls,
-            origins=origins,
-            token=token,
-            subprotocols=SUBPROTOCOLS,
-            name="foxglove",
+        super().__init__(
+            self._state,
+            lambda: WebSocketServer(
+                partial(FoxgloveSession, self._state),
+                Admission(host, origins, token, SUBPROTOCOLS),
+                port=port,
+                limits=self._state.limits,
+                tls=tls,
+                name="foxglove",
+            ),
         )
-        super().__init__(self._state, serve)
         _log.info("= foxglove: serving %s at %s", node.name, self.url)
 
     @property

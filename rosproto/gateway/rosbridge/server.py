@@ -5,10 +5,10 @@ from __future__ import annotations
 import ssl
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from weakref import WeakValueDictionary
 
 from rosproto.gateway.access import Access
+from rosproto.gateway.admission import Admission
 from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.gateway_server import GatewayServer
@@ -113,18 +113,17 @@ class Rosbridge(GatewayServer):
             authenticate=authenticate,
         )
         self._sessions: WeakValueDictionary[ClientChannel, RosbridgeSession] = WeakValueDictionary()
-        serve = partial(
-            WebSocketServer,
-            self._open_session,
-            host=host,
-            port=port,
-            limits=self._state.limits,
-            tls=tls,
-            origins=origins,
-            token=token,
-            name="rosbridge",
+        super().__init__(
+            self._state,
+            lambda: WebSocketServer(
+                self._open_session,
+                Admission(host, origins, token),
+                port=port,
+                limits=self._state.limits,
+                tls=tls,
+                name="rosbridge",
+            ),
         )
-        super().__init__(self._state, serve)
 
     def _open_session(self, channel: ClientChannel) -> ClientSession:
         session = self._sessions[channel] = RosbridgeSession(self._state, channel)

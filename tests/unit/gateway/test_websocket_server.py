@@ -24,6 +24,7 @@ import pytest
 from rosproto.codec import message_class, service_class
 from rosproto.errors import ConnectionLost
 from rosproto.gateway import GatewayLimits
+from rosproto.gateway.admission import Admission
 from tests.support.certificates import certificate
 from tests.support.rosbridge_client import RosbridgeClient
 from tests.unit.gateway.conftest import Graph
@@ -103,7 +104,7 @@ def test_a_port_that_is_taken(serve: Serve) -> None:
 
     bridge = serve()
     with pytest.raises(ConnectionLost, match="port"):
-        WebSocketServer(lambda channel: None, port=bridge.port)  # type: ignore[arg-type,return-value]
+        WebSocketServer(Idle, Admission("127.0.0.1"), port=bridge.port)
     assert len([t for t in threading.enumerate() if t.name == "rosproto:gateway"]) == 0
 
 
@@ -205,7 +206,7 @@ def test_a_crowd_that_comes_at_once_pushes_no_request_out() -> None:
             busy.set()
             go_on.wait(20)
 
-    server = WebSocketServer(Session)
+    server = WebSocketServer(Session, Admission("127.0.0.1"))
     with ExitStack() as stack:
         stack.callback(server.close)
         stack.callback(go_on.set)
@@ -397,7 +398,7 @@ def test_subprotocols() -> None:
             spoken.append(channel.subprotocol)
 
     spoken: list[str | None] = []
-    server = WebSocketServer(Session, subprotocols=["new", "old"])
+    server = WebSocketServer(Session, Admission("127.0.0.1", subprotocols=["new", "old"]))
     try:
         for offered in (["old", "new"], ["other", "old"]):
             with RosbridgeClient(server.url, subprotocols=offered):
