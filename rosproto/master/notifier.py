@@ -19,6 +19,7 @@ import itertools
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Protocol
 
@@ -56,15 +57,13 @@ class Sender(Protocol):
         ...
 
 
+@dataclass(slots=True, eq=False)
 class _Queue:
     """One node's notifications: key -> (number of the post, notification), the oldest first."""
 
-    __slots__ = ("attempts", "pending", "uri")
-
-    def __init__(self, uri: str) -> None:
-        self.uri = uri
-        self.pending: dict[tuple[str, str], tuple[int, Notification]] = {}
-        self.attempts = 0
+    uri: str
+    pending: dict[tuple[str, str], tuple[int, Notification]] = field(default_factory=dict)
+    attempts: int = 0
 
 
 class _WorkerGroup:
@@ -269,13 +268,8 @@ class Notifier:
         later = {key: item for key, item in queue.pending.items() if item[0] > begun}
         self._counts["failed"] += 1 + len(queue.pending) - len(later)
         log = self._peer_log.info if outcome is DeliveryOutcome.GONE else self._peer_log.warning
-        log(
-            queue.uri,
-            "! %s is %s: gave up %s and later notifications",
-            queue.uri,
-            outcome.value,
-            note.key,
-        )
+        text = "! %s is %s: gave up %s and later notifications"
+        log(queue.uri, text, queue.uri, outcome.value, note.key)
         queue.pending, queue.attempts = later, 0
         return False
 

@@ -94,7 +94,7 @@ class Timeline:
 
     def _entries(self, number: int) -> Iterator[TimelineEntry]:
         bag = self._bags[number]
-        start, end = _time(self.start_ns), _time(self.end_ns)
+        start, end = Time.from_nsec(self.start_ns), Time.from_nsec(self.end_ns)
         if self.end_ns < self.start_ns:
             return
         for _, message, stamp in bag.read_messages(self._topics, start, end, raw=True):
@@ -109,7 +109,7 @@ class Timeline:
         for chunk in sorted(chunks, key=lambda c: c.end, reverse=True):
             if last is not None and min(chunk.end, limit) < last.time_ns:
                 break
-            span = _time(chunk.start), _time(min(chunk.end, limit))
+            span = Time.from_nsec(chunk.start), Time.from_nsec(min(chunk.end, limit))
             for _, message, stamp in bag.read_messages(None, *span, raw=True, connections=[connection]):
                 now = stamp.to_nsec()
                 if last is None or now >= last.time_ns:
@@ -124,7 +124,3 @@ class Timeline:
         if missing:
             names, there = ", ".join(map(repr, missing)), ", ".join(sorted(known)) or "none at all"
             raise BagError(f"no messages on topic {names}; there are {there}")
-
-
-def _time(nanoseconds: int) -> Time:
-    return Time.from_wire(*divmod(nanoseconds, NS))

@@ -83,7 +83,6 @@ class _LastCall:
             self._busy.release()
 
     def close(self) -> None:
-        """Close the connection."""
         self._client.close()
 
 
@@ -107,7 +106,6 @@ class _LastMessage:
             self._publisher.wait_for_connection(CONNECT_SECONDS)
 
     def send(self) -> None:
-        """Publish it."""
         message: Any = decode(self._class, self.data)
         if self._class._has_header:
             message.header.stamp = self._node.clock.now()
@@ -123,7 +121,6 @@ class _LastMessage:
             pass  # nothing more can be done
 
     def close(self) -> None:
-        """Close the topic."""
         self._publisher.close()
 
 

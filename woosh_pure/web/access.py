@@ -20,7 +20,7 @@ import threading
 import time
 from collections import Counter, OrderedDict
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from rosproto.bounded_cache import BoundedCache
@@ -75,13 +75,11 @@ class TokenBucket:
 
     rate: float
     burst: float
-    _level: float = field(default=math.nan)
+    _level: float = math.inf
     _then: float = 0.0
 
     def take(self, now: float) -> bool:
         """Whether one more is allowed now."""
-        if math.isnan(self._level):
-            self._level, self._then = self.burst, now
         self._level = min(self.burst, self._level + max(0.0, now - self._then) * self.rate)
         self._then = now
         if self._level < 1.0:

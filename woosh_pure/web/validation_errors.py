@@ -87,7 +87,6 @@ def _shown(value: Any) -> str:
 
 
 def _allowed(schema: Schema, parts: Schema) -> str:
-    """Describe the allowed values of a schema."""
     schema = _resolved(schema, parts)
     kind = schema.get("type")
     if "const" in schema or "enum" in schema:

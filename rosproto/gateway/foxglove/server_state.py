@@ -213,7 +213,6 @@ class ServerState(GatewayState):
         return self.shared_subscriptions.open(topic, receiver) if local is None else local.open(receiver)
 
     def _follow_clock(self) -> None:
-        """Follow /clock for all sessions."""
         with self._lock:
             if self._clock_subscription is not None or not self._sessions:
                 return

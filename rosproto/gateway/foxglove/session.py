@@ -460,7 +460,6 @@ class _Queue:
                 _log.exception("! foxglove: a request of a viewer failed")
 
     def wait_for_room(self) -> None:
-        """Wait until it is not full."""
         with self._changed:
             self._changed.wait_for(lambda: not self.full or self._closed)
 
