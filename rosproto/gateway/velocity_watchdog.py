@@ -213,12 +213,6 @@ class VelocityWatchdog:
         self.zeros = 0
         """Number of zeros sent for clients."""
 
-    @property
-    def driven(self) -> tuple[str, ...]:
-        """Topics with a driver or with zeros still to be sent."""
-        with self._changed:
-            return self._table.driven
-
     def watch(self, topic: str, watch: Watch) -> None:
         """Arm this watch of the watchdog process whenever a client drives on a topic."""
         with self._changed:

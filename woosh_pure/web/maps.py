@@ -59,20 +59,15 @@ class MapCache:
         self._robot: frozenset[str] = frozenset()
         self._error: Exception | None = None
 
-    @property
-    def known(self) -> KnownMap | None:
-        """The last fetched map."""
-        return self._known
-
-    def get(self, fresh: float = FRESH) -> KnownMap:
-        """Return the map, fetched again if it is older than `fresh` seconds.
+    def get(self) -> KnownMap:
+        """Return the map, fetched again if it is old.
 
         Raises:
             RosError, ValueError: Fetching failed, and there is no older map.
         """
         with self._lock:
             robot = self._chassis.feed("status").sources  # another process after the robot was started again
-            if robot != self._robot or time.monotonic() - self._asked > (fresh if self._known else 2.0):
+            if robot != self._robot or time.monotonic() - self._asked > (FRESH if self._known else 2.0):
                 self._robot = robot
                 self._fetch()
             if self._known is not None:

@@ -24,16 +24,8 @@ class FragmentError(Exception):
     """A fragment is invalid; the text is a sentence for the client."""
 
 
-def cut(text: str, size: int | None, id: str | float) -> tuple[str, ...]:
-    """Return the text itself, or its fragments with `size` characters each.
-
-    Args:
-        text: A JSON text.
-        size: Longest text that is not cut; None for no limit.
-        id: The id of the fragments; roslib ignores a 0.
-    """
-    if size is None or len(text) <= size:
-        return (text,)
+def cut(text: str, size: int, id: str | float) -> tuple[str, ...]:
+    """Cut a JSON text into fragments with `size` characters each; roslib ignores those with the id 0."""
     size = max(size, -(-len(text) // MOST_SENT))
     pieces = [text[start : start + size] for start in range(0, len(text), size)]
     total = len(pieces)

@@ -194,10 +194,6 @@ class Protocol:
             message["id"] = id
         return (json.dumps(message),)
 
-    def publish(self, text: str, fragment_size: int | None = None) -> tuple[Payload, ...]:
-        """The payloads of a `publish` operation, whose text is the same for all clients."""
-        return self._cut(text, fragment_size, None)
-
     def service_response(self, call: CallService, values: str, *, result: bool = True) -> tuple[Payload, ...]:
         """Answer a call.
 
@@ -208,7 +204,7 @@ class Protocol:
         """
         head = f'{{"op":"service_response","service":{quoted(call.asked)},"values":{values}'
         text = f'{head},"result":{_truth(result)}{_with_id(call.id)}}}'
-        return self._cut(text, call.fragment_size, call.id)
+        return self.cut(text, call.fragment_size, call.id)
 
     def service_failure(self, call: CallService, text: str) -> tuple[Payload, ...]:
         """Answer a failed call with a sentence."""
@@ -244,7 +240,7 @@ class Protocol:
     def action_feedback(self, goal: SendActionGoal, values: str) -> tuple[Payload, ...]:
         """Send feedback on a goal; `values` is its JSON text."""
         head = f'{{"op":"action_feedback","action":{quoted(goal.asked)},"values":{values}'
-        return self._cut(f"{head}{_with_id(goal.id)}}}", goal.fragment_size, goal.id)
+        return self.cut(f"{head}{_with_id(goal.id)}}}", goal.fragment_size, goal.id)
 
     def action_result(
         self, goal: SendActionGoal, values: str, status: int, *, result: bool = True
@@ -260,15 +256,14 @@ class Protocol:
         head = (
             f'{{"op":"action_result","action":{quoted(goal.asked)},"values":{values},"status":{int(status)}'
         )
-        return self._cut(
-            f'{head},"result":{_truth(result)}{_with_id(goal.id)}}}', goal.fragment_size, goal.id
-        )
+        return self.cut(f'{head},"result":{_truth(result)}{_with_id(goal.id)}}}', goal.fragment_size, goal.id)
 
     def action_failure(self, goal: SendActionGoal, text: str) -> tuple[Payload, ...]:
         """End a goal that was not sent, or was lost, with a sentence."""
         return self.action_result(goal, quoted(printable(text, keep="\n\t")), 0, result=False)
 
-    def _cut(self, text: str, size: int | None, id: Id) -> tuple[Payload, ...]:
+    def cut(self, text: str, size: int | None, id: Id = None) -> tuple[Payload, ...]:
+        """Return the text itself, or its fragments if it has more than `size` characters."""
         if size is None or len(text) <= size:
             return (text,)
         if not id:  # roslib ignores 0 and ""

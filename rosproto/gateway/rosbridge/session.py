@@ -181,7 +181,7 @@ class RosbridgeSession:
             raise Refused(f"{len(self._subscriptions)} topics are subscribed: the limit for a client")
         if asked.type:
             self._check_type(name, asked.type)
-        subscription = TopicSubscription(asked.topic, self.channel, self._protocol.publish, self._undecodable)
+        subscription = TopicSubscription(asked.topic, self.channel, self._protocol.cut, self._undecodable)
         subscription.add(asked)
         self._subscriptions[asked.topic] = subscription
         try:

@@ -148,7 +148,7 @@ _ENCODERS: dict[Compression, Callable[[MessageEvent, str], Payload]] = {
 
 
 Cut = Callable[[str, int | None], tuple[str | bytes, ...]]
-"""Cuts a text into fragments: `Protocol.publish` of the client."""
+"""Cuts a text into fragments: `Protocol.cut` of the client."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,12 +66,10 @@ class DeadManSwitch:
 
     Attributes:
         state: See the table above.
-        late: The number of beats that were late so far.
     """
 
     def __init__(self, silence: float = SILENCE, latest: float = LATEST) -> None:
         self.state: State = "idle"
-        self.late = 0
         self._silence, self._latest = silence, latest
         self._seq = -1
         self._fastest = math.inf
@@ -153,6 +151,4 @@ class DeadManSwitch:
         """Return the seconds by which a beat took longer than the fastest one."""
         took = now - at
         self._fastest = min(self._fastest, took)
-        late = took - self._fastest
-        self.late += late > self._latest
-        return late
+        return took - self._fastest

@@ -10,16 +10,16 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
-from rosproto.codec import message_class, service_class
+from rosproto.codec import service_class
 from rosproto.errors import MasterError, RosError, ServiceError
 from rosproto.gateway.access import Access
 from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible, VisibleGraph
 from rosproto.gateway.rosbridge.rosapi.parameters import VisibleParameters
 from rosproto.gateway.rosbridge.rosapi.types import Definitions
+from rosproto.gateway.values import from_values
 from rosproto.msg import bundled
 from rosproto.node import Node
 from rosproto.node.services.server import ServiceServer
-from rosproto.time import Time
 from rosproto.transport.deadline import Deadline
 
 NAMESPACE = "/rosapi"
@@ -231,16 +231,4 @@ def provide(node: Node, rosapi: Rosapi) -> ProvidedRosapi:
 
 def _answer(rosapi: Rosapi, name: str, kind: Any, request: Any) -> Any:
     values = rosapi.call(name, {field: getattr(request, field) for field in kind.Request.__slots__})
-    return kind.Response(**{field: _CONVERTED.get(field, _same)(value) for field, value in values.items()})
-
-
-def _same(value: Any) -> Any:
-    return value
-
-
-def _typedefs(values: list[dict[str, object]]) -> list[Any]:
-    typedef = message_class("rosapi/TypeDef")
-    return [typedef(**value) for value in values]
-
-
-_CONVERTED: dict[str, Callable[[Any], Any]] = {"typedefs": _typedefs, "time": lambda value: Time(**value)}
+    return from_values(kind._response_class, values)

@@ -114,7 +114,6 @@ def test_silence_is_seen_by_a_beat_that_comes_after_it() -> None:
 def test_a_late_beat_is_no_sign_of_life() -> None:
     man = in_state("driving")
     assert man.beat(3, 10.1, 0.1, 0.0, 10.1 + LATEST + 0.01).act == "none"
-    assert man.late == 1
     assert man.tick(10.0 + SILENCE + 0.01).act == ZERO
 
 
