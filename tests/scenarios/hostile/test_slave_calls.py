@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import socket
 import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing
@@ -15,42 +14,20 @@ from rosproto.errors import MasterError, RosTimeout
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
 from rosproto.protocol.wire_limits import Limits
-from rosproto.protocol.xmlrpc import Fault, decode_response, encode_call
+from rosproto.protocol.xmlrpc import Fault
 from rosproto.transport import XmlRpcClient
 from tests.support import attacks
+from tests.support.slave_caller import STRANGER, Caller, require_second_address
 from tests.support.slaves import BlackHole, RecordingNode
 from tests.support.victim import Bystander, Victim, eventually
 
 Unharmed = Callable[..., AbstractContextManager[None]]
-STRANGER = "127.0.0.9"  # an address that is not the master's
 STRING = "std_msgs/String"
 
 
 @pytest.fixture(autouse=True)
 def second_address() -> None:
-    """Linux has all of 127.0.0.0/8; elsewhere there may be no second address to call from."""
-    try:
-        socket.create_server((STRANGER, 0)).close()
-    except OSError:
-        pytest.skip(f"this computer has no address {STRANGER}")
-
-
-class Caller:
-    """One HTTP connection from an address of choice."""
-
-    def __init__(self, address: tuple[str, int], source: str = STRANGER) -> None:
-        self._sock = attacks.connect(address, source=source)
-
-    def __enter__(self) -> Caller:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self._sock.close()
-
-    def call(self, method: str, *params: Any) -> Any:
-        """The node's reply."""
-        self._sock.sendall(attacks.http_post(encode_call(method, list(params))))
-        return decode_response(attacks.read_http(self._sock)[1])
+    require_second_address()
 
 
 def settled_links(victim: Victim) -> dict[str, str]:

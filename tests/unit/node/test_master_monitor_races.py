@@ -13,16 +13,22 @@ from rosproto.node.master_monitor import MasterMonitor
 
 
 @pytest.fixture
-def node(monkeypatch: pytest.MonkeyPatch) -> Iterator[rosproto.Node]:
-    """Its looks at the master are taken by hand."""
-    monkeypatch.setattr(MasterMonitor, "start", lambda self: None)
+def started(monkeypatch: pytest.MonkeyPatch) -> list[MasterMonitor]:
+    """The monitors that were to start: their looks at the master are taken by hand."""
+    monitors: list[MasterMonitor] = []
+    monkeypatch.setattr(MasterMonitor, "start", lambda monitor: monitors.append(monitor))
+    return monitors
+
+
+@pytest.fixture
+def node(started: list[MasterMonitor]) -> Iterator[rosproto.Node]:
     with Master() as master, rosproto.Node("/busy", master_uri=master.uri, rosout=False) as node:
         yield node
 
 
 @pytest.fixture
-def monitor(node: rosproto.Node) -> MasterMonitor:
-    return node._parts.master_monitor
+def monitor(node: rosproto.Node, started: list[MasterMonitor]) -> MasterMonitor:
+    return started[0]
 
 
 def answered_before(monkeypatch: pytest.MonkeyPatch, holder: Any, name: str, then: Callable[[], Any]) -> None:

@@ -17,7 +17,9 @@ from rosproto.master import Master
 from rosproto.node import EventKind, MasterClient, Node, shutdown
 from rosproto.transport import own_address
 from rosproto.transport.own_address import local_address_towards
+from rosproto.transport.uri import parse_uri
 from tests.support.ports import unused_port
+from tests.support.slave_caller import Caller, require_second_address
 from tests.support.victim import eventually
 
 String = "std_msgs/String"
@@ -108,19 +110,16 @@ def test_what_is_lost_at_the_master_without_a_restart_is_found() -> None:
             eventually(lambda: "/p" in somebody.get_system_state().publishers)
 
 
-def _deaf_to_updates(node: Node) -> None:
-    """As behind a firewall that lets nobody in: the master's publisherUpdate never arrives."""
-    _, arity, refusal = node._parts.slave.methods["publisherUpdate"]
-    node._parts.slave.methods["publisherUpdate"] = (lambda *_: [1, "", 0], arity, refusal)
+DEAF: Any = {"allow": ["192.0.2.1"], "intraprocess": False}
+"""As behind a firewall that lets nobody in: the master's publisherUpdate never arrives."""
 
 
 def test_publishers_that_nobody_told_us_of_are_found() -> None:
     with (
         Master() as master,
         Node("/a", master_uri=master.uri, intraprocess=False) as a,
-        Node("/b", master_uri=master.uri, intraprocess=False) as b,
+        Node("/b", master_uri=master.uri, **DEAF) as b,
     ):
-        _deaf_to_updates(b)
         subscriber = b.subscriber("/p", String)
         publisher = a.publisher("/p", String)
         b.watch_master(period=1.0, full_check_every=1)
@@ -131,8 +130,7 @@ def test_publishers_that_nobody_told_us_of_are_found() -> None:
 
 def test_a_publisher_that_is_elsewhere_now_is_asked_for() -> None:
     """Restarted on other ports, which nobody tells us."""
-    with Master() as master, Node("/b", master_uri=master.uri, intraprocess=False) as b:
-        _deaf_to_updates(b)
+    with Master() as master, Node("/b", master_uri=master.uri, **DEAF) as b:
         with Node("/a", master_uri=master.uri, intraprocess=False) as a:
             a.publisher("/p", String)
             subscriber = b.subscriber("/p", String)
@@ -143,20 +141,21 @@ def test_a_publisher_that_is_elsewhere_now_is_asked_for() -> None:
             eventually(lambda: subscriber.connections == 1)
 
 
-def test_waiting_to_verify_does_not_spin_while_the_master_is_away() -> None:
+def test_waiting_to_verify_does_not_spin_while_the_master_is_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    require_second_address()
+    looks: list[float] = []
+
+    def counted(*where: Any) -> str:
+        looks.append(time.monotonic())
+        return local_address_towards(*where)
+
     with Master() as master, Node("/n", master_uri=master.uri) as node:
-        subscriber = node.subscriber("/p", String)
+        node.subscriber("/p", String)
         master.close()
         eventually(lambda: node.stats().master_lost)
-        node._parts.master_monitor.verify(subscriber._subscription)
-        looks: list[float] = []
-        follow = node._parts.master_monitor._follow_address
-
-        def counted() -> bool:
-            looks.append(time.monotonic())
-            return follow()
-
-        node._parts.master_monitor._follow_address = counted  # type: ignore[method-assign]
+        with Caller(parse_uri(node.uri)) as stranger:  # whose list is to be verified
+            assert stranger.call("publisherUpdate", "/master", "/p", []) == [1, "", 0]
+        monkeypatch.setattr(own_address, "local_address_towards", counted)
         eventually(lambda: len(looks) >= 5)
         # The first may come at once; then the back-off: 0.1 s and more, less a tenth.
         assert min(looks[n + 1] - looks[n] for n in range(1, len(looks) - 1)) > 0.08

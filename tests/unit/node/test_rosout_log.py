@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import logging
+import threading
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from rosproto import rosout_aggregator
 from rosproto.codec import message_class
 from rosproto.rosout_aggregator import RosoutLog
 from rosproto.time import Time
@@ -69,20 +72,27 @@ def test_a_full_file_is_numbered_and_the_eleventh_forgotten(tmp_path: Path) -> N
 
 
 def test_a_disk_that_fails_is_told_once_and_tried_again(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Full:
-        def write(self, text: str) -> int:
-            raise OSError(28, "No space left on device")
+    full = threading.Event()
 
-        def close(self) -> None: ...
+    class Disk(io.FileIO):
+        def write(self, data: Any) -> int:
+            if full.is_set():
+                raise OSError(28, "No space left on device")
+            return super().write(data)
 
+    def opened(path: str, mode: str, **options: Any) -> Any:
+        options["line_buffering"] = options.pop("buffering") == 1
+        return io.TextIOWrapper(Disk(path, mode), write_through=True, **options)  # type: ignore[type-var]
+
+    monkeypatch.setattr(rosout_aggregator, "open", opened, raising=False)
     log = RosoutLog(tmp_path / "rosout.log")
-    healthy, log._file = log._file, Full()  # type: ignore[assignment]
+    full.set()
     with caplog.at_level(logging.WARNING):
         log.add(record("lost"))
         log.add(record("lost too"))
-        log._file = healthy
+        full.clear()
         log.add(record("kept"))
     log.close()
     assert [r.getMessage() for r in caplog.records] == [
