@@ -8,6 +8,7 @@ from typing import Any
 from rosproto.bag.arrow.columns import Columns, DefinitionMismatch, from_numpy, offsets_of
 from rosproto.bag.arrow.schema import WantedFields, layout_of, pyarrow, schema_of, time_name, wanted_fields
 from rosproto.bag.inputs import Stamp, to_ns
+from rosproto.bag.message_offsets import MessageLocation
 from rosproto.bag.reader import BagReader
 from rosproto.bag.records import NS
 from rosproto.codec import Message
@@ -33,7 +34,6 @@ class TopicBatches:
     Attributes:
         schema: Of the batches, a pyarrow.Schema.
         connections: The numbers of the topic's connections.
-        size: Bytes of the messages that are not yet in a batch.
     """
 
     def __init__(self, bag: BagReader, topic: str, fields: Iterable[str] | None = None) -> None:
@@ -57,18 +57,27 @@ class TopicBatches:
         self._names = [name for name in self.schema.names if name != time_name(self.schema.names[1:])]
         self._parts: list[bytes] = []
         self._times: list[int] = []
-        self.size = 0
+        self._size = 0
 
-    def add(self, secs: int, nsecs: int, data: bytes) -> Any | None:
-        """Add a message; returns a pyarrow.RecordBatch when one is full.
+    def add(self, blob: bytes, places: Iterable[MessageLocation]) -> Iterator[Any]:
+        """Add messages of a chunk; yields a pyarrow.RecordBatch whenever one is full.
+
+        Args:
+            blob: Bytes that contain them.
+            places: Their locations.
 
         Raises:
             CodecError: A message does not fit its definition.
         """
-        self._parts.append(data)
-        self._times.append(secs * NS + nsecs)
-        self.size += len(data)
-        return self.rest() if self.size >= BATCH_BYTES or len(self._times) >= BATCH_ROWS else None
+        parts, times, size = self._parts, self._times, self._size
+        for _, secs, nsecs, start, end in places:
+            parts.append(blob[start:end])
+            times.append(secs * NS + nsecs)
+            size += end - start
+            if size >= BATCH_BYTES or len(times) >= BATCH_ROWS:
+                yield self.rest()
+                parts, times, size = self._parts, self._times, self._size
+        self._size = size
 
     def rest(self) -> Any | None:
         """A batch of the remaining messages; None if there are none.
@@ -81,7 +90,7 @@ class TopicBatches:
         parts, times = self._parts, self._times
         if not times:
             return None
-        self._parts, self._times, self.size = [], [], 0
+        self._parts, self._times, self._size = [], [], 0
         try:
             arrays = _arrays(parts, self._layout, self._want)
         except DefinitionMismatch:
@@ -138,15 +147,13 @@ def batches_of(
     """
     low = None if start_time is None else to_ns(start_time)
     high = None if end_time is None else to_ns(end_time)
-    tables_by_connection = {
-        conn: (number, table.add) for number, table in enumerate(tables) for conn in table.connections
-    }
-    for run in bag.runs(set(tables_by_connection), low, high):
-        blob = run.blob
-        for conn, secs, nsecs, start, end in run.places:
-            number, add = tables_by_connection[conn]
-            batch = add(secs, nsecs, blob[start:end])
-            if batch is not None:
+    number_of = {conn: number for number, table in enumerate(tables) for conn in table.connections}
+    for run in bag.runs(set(number_of), low, high):
+        found: dict[int, list[MessageLocation]] = {}
+        for place in run.places:
+            found.setdefault(number_of[place[0]], []).append(place)
+        for number, places in found.items():
+            for batch in tables[number].add(run.blob, places):
                 yield number, batch
         if step is not None:
             step(len(run.places))
