@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 from contextlib import nullcontext
-from types import FrameType
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, RosError
@@ -17,6 +15,7 @@ from rosproto.transport.uri import make_uri, parse_uri
 from .background_output import hurry
 from .exit_codes import CommandError, cannot_listen
 from .options import host, port
+from .signals import interrupt_on_signals
 
 if TYPE_CHECKING:
     from rosproto.master import Master
@@ -64,12 +63,12 @@ def run(arguments: argparse.Namespace) -> None:
         raise CommandError("--rosout-log is written by the node /rosout, which --no-rosout leaves out")
     hurry()
     allow_open_files(Limits().connections)
-    signal.signal(signal.SIGINT, _interrupt)  # a shell starts background jobs with SIGINT ignored
-    signal.signal(signal.SIGTERM, _interrupt)
-    if hasattr(signal, "SIGBREAK"):  # Windows: Ctrl-Break, the one that can be sent to a process group
-        signal.signal(signal.SIGBREAK, _interrupt)
     try:
-        with _listening(Master, arguments) as master, _rosout(master, arguments):
+        with (
+            interrupt_on_signals("SIGINT", "SIGTERM", "SIGBREAK"),
+            _listening(Master, arguments) as master,
+            _rosout(master, arguments),
+        ):
             print(master.uri, flush=True)
             # In steps: Windows delivers no Ctrl-C during an endless wait.
             while not master.wait(0.5):
@@ -105,7 +104,3 @@ def _rosout(master: Master, arguments: argparse.Namespace) -> RosoutAggregator |
         return nullcontext()
     except OSError as error:
         raise CommandError(f"--rosout-log {arguments.rosout_log}: {error.strerror or error}") from error
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt

@@ -53,13 +53,13 @@ def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
 
 
 @contextmanager
-def interrupt_on_signals() -> Iterator[None]:
-    """Within the block they raise KeyboardInterrupt: they end a recording or replay like Ctrl-C.
+def interrupt_on_signals(*some: str) -> Iterator[None]:
+    """Within the block they, or some of them, raise KeyboardInterrupt: they end a recording like Ctrl-C.
 
     A SIGHUP that is ignored stays ignored: a recording under nohup outlives its terminal. An ignored SIGINT
     does not: a shell ignores it in background jobs of a script.
     """
-    names = [name for name in ("SIGINT", *_THAT_END) if name != "SIGHUP" or not _ignored(name)]
+    names = [name for name in some or ("SIGINT", *_THAT_END) if name != "SIGHUP" or not _ignored(name)]
     with _handled(dict.fromkeys(names, _interrupt)):
         yield
 
