@@ -1,7 +1,4 @@
-"""`rosproto doctor`: checks the graph from this computer; each finding has advice.
-
-`woosh doctor` begins with these checks.
-"""
+"""`rosproto doctor`: checks the graph from this computer; each finding has advice."""
 
 from __future__ import annotations
 

@@ -175,23 +175,26 @@ def _loggers(arguments: argparse.Namespace) -> dict[str, str]:
     return {logger.name: logger.level for logger in reply.loggers}
 
 
+def _level_now(arguments: argparse.Namespace) -> str:
+    """Return the level of the logger; an unknown logger is an error."""
+    found = _loggers(arguments)
+    if arguments.logger not in found:
+        raise unknown("no logger is called", arguments.logger, found, f"log list {arguments.node}")
+    return found[arguments.logger]
+
+
 def _list(arguments: argparse.Namespace) -> None:
     found = dict(sorted(_loggers(arguments).items()))
     answer(arguments, found, [f"{printable(name)} {printable(level)}" for name, level in found.items()])
 
 
 def _get(arguments: argparse.Namespace) -> None:
-    found = _loggers(arguments)
-    if arguments.logger not in found:
-        raise unknown("no logger is called", arguments.logger, found, f"log list {arguments.node}")
-    level = found[arguments.logger]
+    level = _level_now(arguments)
     answer(arguments, level, printable(level))
 
 
 def _set(arguments: argparse.Namespace) -> int:
-    known = _loggers(arguments)
-    if arguments.logger not in known:
-        raise unknown("no logger is called", arguments.logger, known, f"log list {arguments.node}")
+    _level_now(arguments)
     with open_node(arguments) as node:
         try:
             _call(

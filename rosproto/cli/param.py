@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec.dicts import plain
 from rosproto.errors import MasterError
@@ -17,6 +18,9 @@ from .graph_clients import absolute, below, master_client, unknown, warn_if_none
 from .graph_options import add_verbs
 from .options import argument
 from .yaml_values import load_text, to_text, value_of
+
+if TYPE_CHECKING:
+    from rosproto.node.graph.master_client import MasterClient
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -62,13 +66,18 @@ def _load_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("namespace", nargs="?", default="/")
 
 
-def _fetch(arguments: argparse.Namespace, key: str) -> Any:
+def _ask(arguments: argparse.Namespace, key: str, question: Callable[[MasterClient, str], Any]) -> Any:
+    """Ask the master about a parameter; an unknown one is an error."""
     with master_client(arguments) as master:
         try:
-            return master.get_param(absolute(key))
+            return question(master, absolute(key))
         except MasterError as error:
             names = master.get_param_names()
             raise unknown("there is no parameter", absolute(key), names, "param list") from error
+
+
+def _fetch(arguments: argparse.Namespace, key: str) -> Any:
+    return _ask(arguments, key, lambda master, name: master.get_param(name))
 
 
 def _get(arguments: argparse.Namespace) -> None:
@@ -127,12 +136,7 @@ def _list(arguments: argparse.Namespace) -> None:
 
 
 def _delete(arguments: argparse.Namespace) -> None:
-    with master_client(arguments) as master:
-        try:
-            master.delete_param(absolute(arguments.key))
-        except MasterError as error:
-            names = master.get_param_names()
-            raise unknown("there is no parameter", absolute(arguments.key), names, "param list") from error
+    _ask(arguments, arguments.key, lambda master, name: master.delete_param(name))
 
 
 def _search(arguments: argparse.Namespace) -> None:

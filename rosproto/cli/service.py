@@ -114,7 +114,10 @@ def _info(arguments: argparse.Namespace) -> None:
         uri = _look_up(master, name)
         nodes = master.get_system_state().services.get(name, [])
     kind = type_of(arguments, name)
-    fields = _fields(arguments, kind)
+    try:
+        fields: list[str] | None = _fields(arguments, kind)
+    except (DefinitionError, ValueError):
+        fields = None
     facts = {"node": ", ".join(nodes), "uri": uri, "type": kind, "args": fields}
     args = "(unknown type)" if fields is None else " ".join(fields)
     answer(arguments, facts, f"Node: {facts['node']}\nURI: {uri}\nType: {kind}\nArgs: {args}")
@@ -129,13 +132,10 @@ def _node(arguments: argparse.Namespace) -> None:
     answer(arguments, services[name], services[name])
 
 
-def _fields(arguments: argparse.Namespace, kind: str) -> list[str] | None:
+def _fields(arguments: argparse.Namespace, kind: str) -> list[str]:
     from rosproto.codec import service_class
 
-    try:
-        return list(service_class(kind, library_for(arguments, kind, "srv")).Request.__slots__)
-    except (DefinitionError, ValueError):
-        return None
+    return list(service_class(kind, library_for(arguments, kind, "srv")).Request.__slots__)
 
 
 def _type(arguments: argparse.Namespace) -> None:
@@ -154,7 +154,6 @@ def _find(arguments: argparse.Namespace) -> None:
 
 
 def _safe_type(arguments: argparse.Namespace, name: str) -> str:
-
     try:
         return type_of(arguments, name)
     except RosError:
@@ -168,10 +167,7 @@ def _uri(arguments: argparse.Namespace) -> None:
 
 
 def _args(arguments: argparse.Namespace) -> None:
-    from rosproto.codec import service_class
-
-    kind = type_of(arguments, absolute(arguments.service))
-    fields = list(service_class(kind, library_for(arguments, kind, "srv")).Request.__slots__)
+    fields = _fields(arguments, type_of(arguments, absolute(arguments.service)))
     answer(arguments, fields, " ".join(fields))
 
 

@@ -84,22 +84,28 @@ def _monitor_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _tree(arguments: argparse.Namespace) -> None:
+    frames, _ = _heard(arguments)
+    if arguments.json:
+        print_json(frames)
+        return
+    roots, children = _children(frames)
+    if not roots:
+        raise _silence(arguments.seconds)
+    for root in roots:
+        _print_branch(root, children, frames, "", "")
+
+
+def _heard(arguments: argparse.Namespace) -> tuple[Frames, float]:
+    """Listen for --seconds; return the frames and the time, s."""
     from rosproto.tf import TransformListener
 
     with open_node(arguments) as node, TransformListener(node) as listener:
         time.sleep(arguments.seconds)
-        frames = listener.buffer.frames()
-    if arguments.json:
-        print_json(frames)
-        return
-    children: dict[str, list[str]] = {}
-    for child, facts in frames.items():
-        children.setdefault(str(facts["parent"]), []).append(child)
-    roots = sorted(parent for parent in children if parent not in frames)
-    if not roots:
-        raise CommandError(f"no transform was heard on /tf and /tf_static within {arguments.seconds:g} s")
-    for root in roots:
-        _print_branch(root, children, frames, "", "")
+        return listener.buffer.frames(), node.clock.now().to_sec()
+
+
+def _silence(seconds: float) -> CommandError:
+    return CommandError(f"no transform was heard on /tf and /tf_static within {seconds:g} s")
 
 
 def _print_branch(
@@ -165,17 +171,13 @@ STYLE = (
 
 def draw(arguments: argparse.Namespace) -> None:
     """Receive transforms, and write the picture."""
-    from rosproto.tf import TransformListener
-
     file, asked = arguments.output, arguments.format
     if file is None and asked != "text":
         file = Path(f"frames.{asked or 'svg'}")
     form = form_of(file, asked)
-    with open_node(arguments) as node, TransformListener(node) as listener:
-        time.sleep(arguments.seconds)
-        frames, now = listener.buffer.frames(), node.clock.now().to_sec()
+    frames, now = _heard(arguments)
     if not frames:
-        raise CommandError(f"no transform was heard on /tf and /tf_static within {arguments.seconds:g} s")
+        raise _silence(arguments.seconds)
     if arguments.json:
         print_json(frames)
         return
@@ -212,8 +214,7 @@ def _children(frames: Frames) -> tuple[list[str], dict[str, list[str]]]:
     children: dict[str, list[str]] = {}
     for child, facts in sorted(frames.items()):
         children.setdefault(str(facts["parent"]), []).append(child)
-    roots = sorted(parent for parent in children if parent not in frames)
-    return roots or sorted(children)[:1], children  # a loop has no root: begin with any frame
+    return sorted(parent for parent in children if parent not in frames), children
 
 
 def text_of(frames: Frames, now: float) -> str:
@@ -252,7 +253,7 @@ def svg_of(frames: Frames, now: float) -> str:
         else:
             rows[frame], free = float(free), free + 1
 
-    for root in roots:
+    for root in roots or sorted(children)[:1]:  # a loop has no root: begin with any frame
         place(root, 0)
     texts = {frame: facts_of(frames[frame], now) if frame in frames else "root" for frame in depths}
     widths = [0] * (max(depths.values()) + 1)
@@ -379,9 +380,7 @@ def monitor(arguments: argparse.Namespace) -> None:
                 silent += arguments.every
                 if silent >= FIRST:
                     if arguments.n is not None:
-                        raise CommandError(
-                            f"no transform was heard on /tf and /tf_static within {silent:g} s"
-                        )
+                        raise _silence(silent)
                     warn("nothing comes on /tf and /tf_static; still listening, Ctrl-C ends it")
                     silent = float("-inf")
                 continue
