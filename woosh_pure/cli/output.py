@@ -140,11 +140,7 @@ class Output:
                 thread.join(1.0)
 
     def _write(self, text: str) -> None:
-        try:
-            print(text, file=own(self._stream), flush=True)
-        except UnicodeEncodeError:  # a Windows console with an old code page
-            encoding = self._stream.encoding or "ascii"
-            print(text.encode(encoding, "replace").decode(encoding), file=own(self._stream), flush=True)
+        print(text, file=own(self._stream), flush=True)
 
 
 def spoken(text: str, language: str) -> str:

@@ -86,13 +86,6 @@ def test_colours_on_a_terminal_unless_told_not_to(monkeypatch) -> None:
     assert Output(stream=terminal).colour("x", "red") == "x"
 
 
-def test_an_old_code_page_gets_question_marks_instead_of_an_error() -> None:
-    raw = io.BytesIO()
-    out = Output(stream=io.TextIOWrapper(raw, encoding="ascii"))
-    out.line("90° ↑")
-    assert raw.getvalue().split() == [b"90?", b"?"]
-
-
 def test_a_sign_of_life_after_a_second(monkeypatch) -> None:
     monkeypatch.setattr("woosh_pure.cli.output._FIRST_SIGN", 0.01)
     seen = io.StringIO()

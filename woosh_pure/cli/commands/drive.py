@@ -146,10 +146,7 @@ def _show(chassis: Chassis, drive: Drive, teleop: Teleop, command: Press | None,
         parts.append(say("at {where}", where=f"{pose.x:.2f} {pose.y:.2f} {pose.yaw_degrees:.0f}°"))
     columns = terminal_size()[0] - 1
     text = padded(cut("  ".join(map(out.say, parts)), columns), columns)
-    try:
-        own(sys.stdout).write(f"\r{text}")
-    except UnicodeEncodeError:
-        own(sys.stdout).write("\r" + text.encode("ascii", "replace").decode())
+    own(sys.stdout).write(f"\r{text}")
     sys.stdout.flush()
 
 
