@@ -23,7 +23,6 @@ from woosh_pure.reasons import Readiness
 from woosh_pure.values.state import Battery, RobotStatus
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from woosh_pure.chassis import Chassis
@@ -37,23 +36,15 @@ _AROUND = 6.0
 """Metres shown in each direction where there is no map."""
 _COLOURS = {"red": "31;1", "green": "32", "yellow": "33", "blue": "34;1", "dim": "2", "bold": "1"}
 _SIGNS = {
-    "wall": "█",
-    "unknown": "░",
-    "scan": "•",
-    "path": "·",
-    "robot": "→↗↑↖←↙↓↘",
-    "full": "█",
-    "empty": "░",
+    "wall": ("█", "#"),
+    "unknown": ("░", ":"),
+    "scan": ("•", "*"),
+    "path": ("·", "."),
+    "robot": ("→↗↑↖←↙↓↘", ">/^\\</v\\"),
+    "full": ("█", "#"),
+    "empty": ("░", "-"),
 }
-_ASCII = {
-    "wall": "#",
-    "unknown": ":",
-    "scan": "*",
-    "path": ".",
-    "robot": ">/^\\</v\\",
-    "full": "#",
-    "empty": "-",
-}
+"""What is drawn, and its form in ASCII."""
 
 Piece = tuple[str, str]
 """A text and the name of its colour, "" for none."""
@@ -68,7 +59,7 @@ class Screen:
     """
 
     def __init__(self, *, ascii_only: bool = False, coloured: bool = True) -> None:
-        self._signs = _ASCII if ascii_only else _SIGNS
+        self._signs = {name: pair[ascii_only] for name, pair in _SIGNS.items()}
         self._ascii, self._coloured = ascii_only, coloured
         self._ground: tuple[object, NDArray[np.str_]] | None = None
 
