@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from typing import Any
 
 from rosproto.cli import (
     INTERRUPTED,
@@ -144,9 +143,7 @@ def _asked(words: Sequence[str]) -> str | None:
 def _common(*, defaults: bool = False) -> Parser:
     # The options are accepted before and after the command; only the first place has defaults, or the second
     # would overwrite what was given.
-    none: dict[str, Any] = {"default": None if defaults else argparse.SUPPRESS}
-    false: dict[str, Any] = {"default": False if defaults else argparse.SUPPRESS}
-    parser = Parser(add_help=False)
+    parser = Parser(add_help=False, argument_default=None if defaults else argparse.SUPPRESS)
     group = parser.add_argument_group("which chassis (default: $ROS_MASTER_URI, then `woosh connect`'s)")
     group.add_argument(
         "--chassis",
@@ -154,44 +151,34 @@ def _common(*, defaults: bool = False) -> Parser:
         action=EachChassis,
         gathered_in="chassis_before" if defaults else "chassis_after",
         help="address of the chassis, e.g. 169.254.128.2, or NAME=HOST; `woosh web` takes several",
-        **none,
     )
-    group.add_argument("--master", metavar="URI", help="URI of its ROS master", **none)
+    group.add_argument("--master", metavar="URI", help="URI of its ROS master")
+    group.add_argument("--sim", action="store_true", help="a simulated chassis, started for this command")
     group.add_argument(
-        "--sim", action="store_true", help="a simulated chassis, started for this command", **false
-    )
-    group.add_argument(
-        "--sim-speed", type=positive, metavar="X", help="simulated seconds per second, with --sim", **none
+        "--sim-speed", type=positive, metavar="X", help="simulated seconds per second, with --sim"
     )
     group.add_argument(
-        "--host", type=host, metavar="ADDRESS", help="our own address, as the robot reaches it", **none
+        "--host", type=host, metavar="ADDRESS", help="our own address, as the robot reaches it"
     )
     group.add_argument(
         "--msg-path",
         action="append",
         metavar="FOLDER",
         help="a folder of .msg, .srv and .action files: further revisions for robots that have them",
-        **none,
     )
-    group.add_argument(
-        "--no-learned", action="store_true", help="do without what `woosh learn` has kept", **false
-    )
+    group.add_argument("--no-learned", action="store_true", help="do without what `woosh learn` has kept")
     group.add_argument(
         "--resolve",
         action="append",
         metavar="NAME=IP",
         help="address of a host name of the robot that is not known here (also $ROSPROTO_RESOLVE)",
-        **none,
     )
     general = parser.add_argument_group("general")
-    general.add_argument("--json", action="store_true", help="JSON for programs instead of lines", **false)
+    general.add_argument("--json", action="store_true", help="JSON for programs instead of lines")
     general.add_argument(
-        "--lang",
-        choices=LANGUAGES,
-        help="language of what is said (default: as $LC_ALL or $LANG say)",
-        **none,
+        "--lang", choices=LANGUAGES, help="language of what is said (default: as $LC_ALL or $LANG say)"
     )
-    general.add_argument("--debug", action="store_true", help="show the traceback of an error", **false)
+    general.add_argument("--debug", action="store_true", help="show the traceback of an error")
     return parser
 
 
