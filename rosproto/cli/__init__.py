@@ -38,14 +38,15 @@ from rosproto.cli.exit_codes import (
 from rosproto.cli.gateway import (
     add_server_options,
     announced,
-    gateway_watchdog,
     server_options,
     serving,
     until_interrupted,
+    watchdog_if,
 )
 from rosproto.cli.keys import Keys, open_keys
 from rosproto.cli.options import (
     NotANumber,
+    add_token,
     count,
     finite,
     folder_exists,
@@ -56,12 +57,11 @@ from rosproto.cli.options import (
     seconds,
     to_float,
     to_int,
-    whole,
+    token_of,
 )
 from rosproto.cli.parser import Parser, WrongUse, give_examples, hint, near
 from rosproto.cli.process import Task, exit_codes_line, run_command, words_of
 from rosproto.cli.signals import interrupt_on_signals, signals_ignored
-from rosproto.cli.token import add_token, token_of
 
 __all__ = [
     "DONE",
@@ -92,7 +92,6 @@ __all__ = [
     "finite",
     "folder_exists",
     "follow_recording",
-    "gateway_watchdog",
     "give_examples",
     "hint",
     "host",
@@ -121,7 +120,7 @@ __all__ = [
     "token_of",
     "unguarded",
     "until_interrupted",
-    "whole",
+    "watchdog_if",
     "words_of",
 ]
 

@@ -15,7 +15,7 @@ from .exit_codes import CommandError
 from .graph_clients import open_node
 from .graph_options import add_graph_options
 from .keys import Keys, open_keys
-from .options import add_allow_damaged, finite, whole
+from .options import add_allow_damaged, finite, to_int
 from .signals import interrupt_on_signals
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--pause", action="store_true", help="begin paused")
     parser.add_argument("-i", "--immediate", action="store_true", help="as fast as subscribers take it")
-    parser.add_argument("--queue", type=whole, default=1000, metavar="N", help="of each topic (1000)")
+    parser.add_argument("--queue", type=to_int, default=1000, metavar="N", help="of each topic (1000)")
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these")
     parser.add_argument(
         "--bags", nargs="+", dest="more_bags", default=[], metavar="BAG", help="after --topics"
@@ -77,8 +77,9 @@ def play(arguments: argparse.Namespace) -> None:
         sys.setswitchinterval(0.0005)
         node = stack.enter_context(open_node(arguments, "play"))
         keys = stack.enter_context(open_keys(driving=False)) if is_terminal(sys.stdin) else None
-        console = _Console(arguments.quiet, keys)
-        stack.callback(console.close)
+        line = Progress("", quiet=arguments.quiet)
+        stack.callback(line.leave)
+        console = _Console(line, keys)
         player = stack.enter_context(
             Player(
                 node,
@@ -104,12 +105,15 @@ def play(arguments: argparse.Namespace) -> None:
             )
         )
         if arguments.wait_for_subscribers:
-            console.note("waiting for subscribers")
+            line.note("waiting for subscribers")
             player.wait_for_subscribers(timeout=None)
         if keys is not None:
-            console.note("space: pause and go on, s: step, t: pause topics on and off, Ctrl-C: end")
+            line.note("space: pause and go on, s: step, t: pause topics on and off, Ctrl-C: end")
         player.play()
-        console.finish(player)
+        if line.on:
+            console.show(player)
+        else:
+            line.note(counted(player.published, "message"))
 
 
 def _split_remappings(words: list[str]) -> tuple[list[str], dict[str, str]]:
@@ -130,14 +134,12 @@ def _global(name: str) -> str:
 class _Console:
     """Reads keys and shows a progress line; the player calls it about 20 times a second."""
 
-    def __init__(self, quiet: bool, keys: Keys | None = None) -> None:
-        self.keys = keys
-        self._quiet = quiet
-        self._line = Progress("", quiet=quiet)
+    def __init__(self, line: Progress, keys: Keys | None) -> None:
+        self._line, self._keys = line, keys
         self._calls = 0
 
     def __call__(self, player: Player) -> None:
-        for key in self.keys.read(0.0) if self.keys else ():
+        for key in self._keys.read(0.0) if self._keys else ():
             if key == " ":
                 (player.resume if player.paused else player.pause)()
             elif key == "s":
@@ -154,16 +156,3 @@ class _Console:
             f"{state} bag time {player.position_ns / 1e9:.3f}  {player.position:.2f} / "
             f"{player.timeline.duration:.2f} s  {counted(player.published, 'message')}"
         )
-
-    def note(self, text: str) -> None:
-        if not self._quiet:
-            print(text, file=sys.stderr, flush=True)
-
-    def finish(self, player: Player) -> None:
-        if self._line.on:
-            self.show(player)
-        else:
-            self.note(f"{counted(player.published, 'message')}")
-
-    def close(self) -> None:
-        self._line.leave()

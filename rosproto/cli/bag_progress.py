@@ -45,6 +45,7 @@ class Progress:
         self._what = what
         self._total = total
         self._stream = stream or sys.stderr
+        self._quiet = quiet
         self.on = not quiet and self._stream.isatty()
         self._began = time.monotonic()
         self._shown = 0
@@ -112,6 +113,11 @@ class Progress:
         own(self._stream).write("\r" + padded(text, self._shown))
         self._stream.flush()
         self._shown = width(text)
+
+    def note(self, text: str) -> None:
+        """Print a line of its own, also where the stream is no terminal; nothing when quiet."""
+        if not self._quiet:
+            print(text, file=self._stream, flush=True)
 
     def leave(self) -> None:
         """End the line, which stays on the screen."""

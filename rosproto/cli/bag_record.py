@@ -14,7 +14,7 @@ from .console import counted
 from .exit_codes import CommandError
 from .graph_clients import open_node
 from .graph_options import add_graph_options
-from .options import add_compression, finite, whole
+from .options import add_compression, finite, to_int
 from .signals import interrupt_on_signals
 
 if TYPE_CHECKING:
@@ -48,12 +48,12 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-O", "--output-name", metavar="NAME", help="exactly this name")
     parser.add_argument("--force", action="store_true", help="replace a bag of that name")
     parser.add_argument("--split", action="store_true", help="begin another bag at --size or --duration")
-    parser.add_argument("--max-splits", type=whole, metavar="N", help="keep only the newest N")
+    parser.add_argument("--max-splits", type=to_int, metavar="N", help="keep only the newest N")
     parser.add_argument("--size", type=finite, metavar="MB", help="end (or split) at this size")
     parser.add_argument(
         "--duration", type=seconds_of, metavar="SEC", help="end (or split) after it: 30, 5m, 2h"
     )
-    parser.add_argument("-l", "--limit", type=whole, metavar="N", help="N messages of each topic")
+    parser.add_argument("-l", "--limit", type=to_int, metavar="N", help="N messages of each topic")
     parser.add_argument(
         "-b",
         "--buffsize",
@@ -62,7 +62,7 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
         metavar="MB",
         help="most that may wait for the disk (256)",
     )
-    parser.add_argument("--chunksize", type=whole, default=768, metavar="KB", help="size of chunks (768)")
+    parser.add_argument("--chunksize", type=to_int, default=768, metavar="KB", help="size of chunks (768)")
     parser.add_argument(
         "--min-space", type=finite, default=0, metavar="MB", help="end when the disk has less left"
     )
@@ -152,18 +152,24 @@ def _await_clock(node: Node, quiet: bool) -> None:
 def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
     """Show progress until the recording ends or is interrupted, then finish; return 1 if messages were lost.
 
+    The progress line is overwritten on a terminal, and printed every ten seconds in a log.
+
     Raises:
         BagError: Writing failed.
     """
-    line = _Line(quiet)
+    line = Progress("", quiet=quiet)
+    shown: RecorderStats | None = None
     try:
         line.note(f"recording to {recorder.stats().path}")
         while not recorder.wait(0.5):
-            line.show(recorder.stats())
+            stats = recorder.stats()
+            if line.on or stats.seconds - (shown.seconds if shown else 0.0) >= 10.0:
+                (line.show if line.on else line.note)(progress_line(stats, shown))
+                shown = stats
     except KeyboardInterrupt:
         pass  # the normal end of a recording
     finally:
-        line.end()
+        line.leave()
         try:
             recorder.close()
         finally:
@@ -179,44 +185,15 @@ def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
     return 1 if recorder.dropped else 0
 
 
-class _Line:
-    """The progress line on stderr: overwritten on a terminal, every ten seconds in a log."""
-
-    def __init__(self, quiet: bool) -> None:
-        self._quiet = quiet
-        self._line = Progress("", quiet=quiet)
-        self._before: RecorderStats | None = None
-        self._logged = 0.0
-
-    def note(self, text: str) -> None:
-        if not self._quiet:
-            print(text, file=sys.stderr, flush=True)
-
-    def show(self, stats: RecorderStats) -> None:
-        if not self._line.on and stats.seconds - self._logged < 10.0:
-            return
-        self._logged = stats.seconds
-        text = self.text(stats)
-        self._before = stats
-        if self._line.on:
-            self._line.show(text)
-        else:
-            self.note(text)
-
-    def text(self, stats: RecorderStats) -> str:
-        """Return the line."""
-        rate = "-"
-        if self._before is not None and stats.seconds > self._before.seconds:
-            rate = human_bytes(
-                max(0, stats.bytes - self._before.bytes) / (stats.seconds - self._before.seconds)
-            )
-        text = (
-            f"{stats.seconds:.0f} s  {counted(stats.messages, 'message')}  {counted(stats.topics, 'topic')}  "
-            f"{human_bytes(stats.bytes)}  {rate}/s"
-        )
-        if stats.waiting_bytes > 8 * MB:
-            text += f"  {human_bytes(stats.waiting_bytes)} wait for the disk"
-        return text + (f"  {stats.dropped} DROPPED" if stats.dropped else "")
-
-    def end(self) -> None:
-        self._line.leave()
+def progress_line(stats: RecorderStats, before: RecorderStats | None) -> str:
+    """Return the progress line; `before` is what the previous line showed."""
+    rate = "-"
+    if before is not None and stats.seconds > before.seconds:
+        rate = human_bytes(max(0, stats.bytes - before.bytes) / (stats.seconds - before.seconds))
+    text = (
+        f"{stats.seconds:.0f} s  {counted(stats.messages, 'message')}  {counted(stats.topics, 'topic')}  "
+        f"{human_bytes(stats.bytes)}  {rate}/s"
+    )
+    if stats.waiting_bytes > 8 * MB:
+        text += f"  {human_bytes(stats.waiting_bytes)} wait for the disk"
+    return text + (f"  {stats.dropped} DROPPED" if stats.dropped else "")

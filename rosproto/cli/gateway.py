@@ -21,9 +21,8 @@ from .background_output import hurry
 from .exit_codes import CommandError, cannot_listen
 from .graph_clients import open_node
 from .graph_options import add_graph_options
-from .options import count, host, port, seconds
+from .options import add_token, count, host, port, seconds, token_of
 from .signals import interrupt_on_signals
-from .token import add_token, token_of
 
 if TYPE_CHECKING:
     import ssl
@@ -99,7 +98,7 @@ def _serve(
     """Serve with a new node until interrupted."""
     with (
         interrupt_on_signals(),
-        gateway_watchdog(arguments, options["access"]) as watchdog,
+        watchdog_if(options["access"].writes_anything and not arguments.no_watchdog) as watchdog,
         open_node(arguments, name) as node,
         serving(kind, node, options, watchdog=watchdog) as server,
     ):
@@ -272,9 +271,9 @@ def _limits(message_bytes: int) -> GatewayLimits:
 
 
 @contextmanager
-def gateway_watchdog(arguments: argparse.Namespace, access: Access) -> Iterator[Watchdog | None]:
-    """Start the process that stops the robot if this one dies; None if driving is not open or not watched."""
-    if arguments.no_watchdog or not access.writes_anything:
+def watchdog_if(wanted: bool) -> Iterator[Watchdog | None]:
+    """Start the process that stops the robot if this one dies, or yield None."""
+    if not wanted:
         yield None
         return
     from rosproto.watchdog import Watchdog

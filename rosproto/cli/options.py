@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from rosproto.files import read_text
 from rosproto.sentence import say
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")  # as many digits as 64 bits have
@@ -20,27 +22,16 @@ _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _SHOWN = 40
 
 
-class NotANumber(ValueError):
+class NotANumber(argparse.ArgumentTypeError, ValueError):
     """A text is not a valid number."""
 
 
 def finite(text: str) -> float:
     """Parse a finite number."""
-    try:
-        value = to_float(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
+    value = to_float(text)
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(say("{text} is not a finite number", text=_shown(text)))
     return value
-
-
-def whole(text: str) -> int:
-    """Parse an integer."""
-    try:
-        return to_int(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def to_float(text: str) -> float:
@@ -174,3 +165,47 @@ def add_compression(parser: argparse.ArgumentParser, default: str = "none") -> N
     group.add_argument(
         "-j", "--bz2", action="store_const", const="bz2", dest="compression", help="compress more, slowly"
     )
+
+
+# -- the token of a server -----------------------------------------------------------------------------------
+# On the command line, where others on this computer can read it, in a file, or in the environment.
+
+
+def add_token(parser: argparse.ArgumentParser, variable: str, meaning: str) -> None:
+    """Add --token and --token-file.
+
+    Args:
+        parser: Of the command.
+        variable: The environment variable that is read when neither is given.
+        meaning: What the token is for.
+    """
+    given = parser.add_mutually_exclusive_group()
+    given.add_argument("--token", help=f"{meaning}; other users of this computer can see it")
+    given.add_argument(
+        "--token-file",
+        type=Path,
+        metavar="FILE",
+        help=f"the token in a file that only you may read (or ${variable}); nobody else sees it",
+    )
+
+
+def token_of(arguments: argparse.Namespace, variable: str) -> str | None:
+    """Return the given token, or None.
+
+    Raises:
+        ValueError: Other users can read the file, or it has no token.
+        OSError: The file cannot be read.
+    """
+    path: Path | None = arguments.token_file
+    if arguments.token is not None:
+        return str(arguments.token)
+    if path is None:
+        return os.environ.get(variable) or None
+    if path.is_dir():
+        raise ValueError(say("{path} is a folder; expected a file with the token", path=path))
+    if os.name == "posix" and path.stat().st_mode & 0o077:
+        raise ValueError(say("{path}: others may read it; run chmod 600 {path}", path=path))
+    token = read_text(path).strip()
+    if not token:
+        raise ValueError(say("{path}: there is no token in it", path=path))
+    return token

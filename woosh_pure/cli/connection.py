@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from argparse import Namespace
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
-from rosproto.cli import hurry, signals_ignored
+from rosproto.cli import hurry, signals_ignored, watchdog_if
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.msg import environment_paths
 from rosproto.sentence import both, say, sentence_of
@@ -66,16 +66,9 @@ def names(args: Namespace) -> dict[str, str]:
     return {**host_names(), **parse_host_names(getattr(args, "resolve", None) or ())}
 
 
-@contextmanager
-def watchdog_of(args: Namespace) -> Iterator[Watchdog | None]:
+def watchdog_of(args: Namespace) -> AbstractContextManager[Watchdog | None]:
     """Start the process that stops the robot if this one is killed; None with --sim."""
-    if args.no_watchdog or args.sim:
-        yield None
-        return
-    from rosproto.watchdog import Watchdog
-
-    with Watchdog() as watchdog:
-        yield watchdog
+    return watchdog_if(not (args.no_watchdog or args.sim))
 
 
 @contextmanager

@@ -17,7 +17,8 @@ from rosproto import Master, Node
 from rosproto.bag import BagReader, BagWriter, open_bag
 from rosproto.cli import main
 from rosproto.cli.bag_play import _Console, _split_remappings
-from rosproto.cli.bag_record import _Line, add_record_arguments, recorder_options, seconds_of
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.bag_record import add_record_arguments, progress_line, recorder_options, seconds_of
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.keys import WindowsKeys, open_keys
 from rosproto.cli.parser import Parser
@@ -198,10 +199,9 @@ def test_options_that_contradict_each_other(capsys: pytest.CaptureFixture[str]) 
 
 def test_the_progress_line_has_rate_size_and_losses() -> None:
     """What is shown while recording."""
-    line = _Line(quiet=True)
-    line.show(RecorderStats(0, 0, 1 << 20, 0, 2, 11.0, "x.bag"))
-    text = line.text(RecorderStats(500, 3, 21 << 20, 9 << 20, 2, 13.0, "x.bag"))
-    assert text == "13 s  500 messages  2 topics  21.0 MB  10.0 MB/s  9.0 MB wait for the disk  3 DROPPED"
+    before = RecorderStats(0, 0, 1 << 20, 0, 2, 1.0, "x.bag")
+    text = progress_line(RecorderStats(500, 3, 21 << 20, 9 << 20, 2, 3.0, "x.bag"), before)
+    assert text == "3 s  500 messages  2 topics  21.0 MB  10.0 MB/s  9.0 MB wait for the disk  3 DROPPED"
 
 
 def test_play(graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -310,19 +310,17 @@ class Played:
 
 def test_space_pauses_and_s_steps() -> None:
     """The keys of rosbag play; others do nothing."""
-    console, player = _Console(quiet=True), Played()
+    player = Played()
     for typed, paused, steps in ((" ", True, 0), ("s", True, 1), ("xs", True, 2), (" ", False, 2)):
-        console.keys = Typed(typed)
-        console(player)  # type: ignore[arg-type]
+        _Console(Progress("", quiet=True), Typed(typed))(player)  # type: ignore[arg-type]
         assert (player.paused, player.steps) == (paused, steps)
 
 
 def test_t_switches_the_pause_topics() -> None:
     """Off, and on again."""
-    console, player = _Console(quiet=True), Played()
+    player = Played()
     for expected in (False, True):
-        console.keys = Typed("t")
-        console(player)  # type: ignore[arg-type]
+        _Console(Progress("", quiet=True), Typed("t"))(player)  # type: ignore[arg-type]
         assert player.pause_on_topics is expected
 
 

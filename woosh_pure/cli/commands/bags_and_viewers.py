@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 from rosproto.cli import (
     add_server_options,
     announced,
-    gateway_watchdog,
     interrupt_on_signals,
     server_options,
     serving,
     until_interrupted,
+    watchdog_if,
 )
 from woosh_pure.cli import config
 from woosh_pure.cli.connection import address_of, connect, names
@@ -122,7 +122,8 @@ def run_foxglove(args: Namespace, out: Output) -> None:
     marks = _Marks(args.marks or config.mark_file())
     with ExitStack() as stack:
         stack.enter_context(interrupt_on_signals())
-        watchdog = stack.enter_context(gateway_watchdog(args, options["access"]))
+        drives = options["access"].writes_anything
+        watchdog = stack.enter_context(watchdog_if(drives and not args.no_watchdog))
         chassis = stack.enter_context(connect(args, out))
         topics = stack.enter_context(ChassisTopics(chassis, marks, out.language))
         server = stack.enter_context(

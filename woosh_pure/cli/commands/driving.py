@@ -6,7 +6,7 @@ import math
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli import finite, natural, positive, to_float, whole
+from rosproto.cli import finite, natural, positive, to_float, to_int
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli import config
@@ -95,7 +95,7 @@ def add_task(parser: ArgumentParser) -> None:
         _add_task_kind(verbs.add_parser(kind, help=text, description=text), carry=kind == "carry")
     for command, text in _TASK_COMMANDS.items():
         sub = verbs.add_parser(command, help=text, description=text)
-        sub.add_argument("--id", type=whole, metavar="N", help="number of the task (the running one)")
+        sub.add_argument("--id", type=to_int, metavar="N", help="number of the task (the running one)")
 
 
 def _add_task_kind(parser: ArgumentParser, *, carry: bool) -> None:
@@ -116,7 +116,7 @@ def _add_task_kind(parser: ArgumentParser, *, carry: bool) -> None:
     parser.add_argument(
         "--type-number", type=natural, default=0, metavar="N", help="the project's number (0)"
     )
-    parser.add_argument("--custom", type=whole, default=0, metavar="N", help="the project's byte (0)")
+    parser.add_argument("--custom", type=to_int, default=0, metavar="N", help="the project's byte (0)")
     add_timeout(parser)
 
 

@@ -19,7 +19,6 @@ from rosproto.cli import (
     seconds,
     to_float,
     to_int,
-    whole,
 )
 from rosproto.errors import ConnectionLost
 from rosproto.sentence import led, say
@@ -60,7 +59,7 @@ def add_sim(parser: ArgumentParser) -> None:
         "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address to be reached at"
     )
     parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
-    parser.add_argument("--seed", type=whole, default=0, help="of everything random")
+    parser.add_argument("--seed", type=to_int, default=0, help="of everything random")
     parser.add_argument(
         "--map",
         type=Path,

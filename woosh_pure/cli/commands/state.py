@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from rosproto.cli import DONE, FAILED, finite, seconds, to_int, whole
+from rosproto.cli import DONE, FAILED, finite, seconds, to_int
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, wait_for
@@ -189,7 +189,7 @@ def add_faults(parser: ArgumentParser) -> None:
     parser.add_argument(
         "what", nargs="?", metavar="CODE|TEXT", help="as --code or --find; none: what is wrong now"
     )
-    parser.add_argument("--code", type=whole, metavar="NUMBER", help="explain this code; asks no chassis")
+    parser.add_argument("--code", type=to_int, metavar="NUMBER", help="explain this code; asks no chassis")
     parser.add_argument("--find", metavar="TEXT", help="codes whose name or words have it; asks no chassis")
     parser.add_argument("--chinese", action="store_true", help="words in Chinese")
 
