@@ -136,6 +136,17 @@ def expect_acknowledgement(sock: socket.socket, seconds: int) -> bool:
     return option is not None and _try_number(sock, socket.IPPROTO_TCP, option, seconds)
 
 
+def allow_repair(sock: socket.socket, seconds: float) -> None:
+    """Have Linux give a connection up this many seconds later than `tune` says.
+
+    For a connection on which the system has been sending lost data again for that long. Linux counts
+    TCP_USER_TIMEOUT from the first of these repetitions, and begins anew only when nothing is lost any more.
+    On a network that loses 5 % it would end a connection that carries data all the time (after 30 to 40 s at
+    a round trip of 0.6 s and 20 messages a second, measured).
+    """
+    _limit_repetition(sock, KEEPALIVE_IDLE + KEEPALIVE_INTERVAL * KEEPALIVE_COUNT + seconds)
+
+
 def set_linger(sock: socket.socket, linger: bool) -> None:
     """Choose whether unsent data is still delivered after the socket is closed or the program killed.
 
@@ -160,7 +171,11 @@ def _probe(sock: socket.socket, idle: int, interval: int, count: int) -> None:
     _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPINTVL", interval)
     _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPCNT", count)
     # Linux uses this instead of the count when both are set.
-    _try_option(sock, socket.IPPROTO_TCP, "TCP_USER_TIMEOUT", 1000 * (idle + interval * count))
+    _limit_repetition(sock, idle + interval * count)
+
+
+def _limit_repetition(sock: socket.socket, seconds: float) -> None:
+    _try_option(sock, socket.IPPROTO_TCP, "TCP_USER_TIMEOUT", round(1000 * seconds))
 
 
 def interrupt(sock: socket.socket) -> None:

@@ -11,7 +11,9 @@ import struct
 import sys
 from typing import NamedTuple
 
-_UNACKED = 24  # struct tcp_info, linux/tcp.h: unacknowledged segments
+# struct tcp_info, linux/tcp.h: the state of congestion control (0: nothing is lost), unacknowledged segments
+_CA_STATE = 1
+_UNACKED = 24
 
 
 class UnsentBytes(NamedTuple):
@@ -20,10 +22,12 @@ class UnsentBytes(NamedTuple):
     Attributes:
         waiting: Bytes written here and not acknowledged.
         in_flight: Some of them were sent and are not acknowledged yet, so the peer's system should reply.
+        repairing: The system sends lost bytes again, or has done so and waits for the acknowledgement.
     """
 
     waiting: int
     in_flight: bool
+    repairing: bool = False
 
 
 def unsent_bytes(sock: socket.socket) -> UnsentBytes | None:
@@ -38,6 +42,6 @@ def unsent_bytes(sock: socket.socket) -> UnsentBytes | None:
         if not waiting:
             return UnsentBytes(0, False)
         info = sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _UNACKED + 4)
-        return UnsentBytes(waiting, struct.unpack_from("I", info, _UNACKED)[0] > 0)
+        return UnsentBytes(waiting, struct.unpack_from("I", info, _UNACKED)[0] > 0, info[_CA_STATE] > 0)
     except (OSError, ValueError, struct.error):
         return None  # closed meanwhile, or not supported by this kernel

@@ -19,7 +19,7 @@ from time import perf_counter, sleep
 from rosproto.node.outgoing.frames import LargeFrame, remaining
 from rosproto.node.outgoing.link_monitor import LOOK, MOST_AGE, Backlog, LinkMonitor
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
-from rosproto.transport.tcp import expect_acknowledgement, set_linger
+from rosproto.transport.tcp import allow_repair, expect_acknowledgement, set_linger
 from rosproto.transport.unsent_bytes import unsent_bytes
 
 MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
@@ -110,6 +110,7 @@ class SubscriberLink(QueuedLink):
         self._backlog: Backlog | None = None  # set while bytes are under way
         self._large = False  # whether they may include a large message
         self._seen = -len(greeting)  # `_bytes` when nothing was under way
+        self._repairing_since: float | None = None  # while the system sends lost bytes again
         self.cut: tuple[tuple[str, int], tuple[str, int]] | None = None
         # After the system itself has ended a connection, it no longer reports the two addresses.
         self._ends = _ends(sock) if expect_acknowledgement(sock, round(MOST_AGE)) else None
@@ -353,12 +354,27 @@ class SubscriberLink(QueuedLink):
             queue = unsent_bytes(self.sock)
             if queue is None or not queue.waiting:
                 self._backlog, self._seen, self._large = None, written, False
+                self._note_repair(False, now)
                 return
+            self._note_repair(queue.repairing, now)
             if self._backlog is None:
                 self._backlog = Backlog(max(before, now - 2 * LOOK))
             why = self._backlog.look(now, written, queue, large=self._large)
         if why:
             self._cut(why)
+
+    def _note_repair(self, repairing: bool, now: float) -> None:
+        """Leave it to `look` to end a link on a network that loses bytes all the time; the lock is held.
+
+        The system's own limit still applies to a program that was stopped or killed.
+        """
+        since = self._repairing_since
+        if repairing:
+            since = self._repairing_since = now if since is None else since
+            allow_repair(self.sock, now - since)
+        elif since is not None:
+            self._repairing_since = None
+            allow_repair(self.sock, 0.0)
 
     def _cut(self, why: str) -> None:
         """Discard all unsent bytes, here and in the system; the subscriber may connect again."""

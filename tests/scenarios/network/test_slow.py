@@ -6,7 +6,7 @@ import pytest
 
 from tests.support.load import crowd
 
-from .conftest import Network, wait
+from .conftest import Network, start_laptop, start_robot, wait
 
 pytestmark = pytest.mark.slow
 
@@ -16,6 +16,18 @@ server = node.service_server("/set", "std_srvs/SetBool", lambda r: {"success": r
 def act(goal):
     goal.succeed()
 actions = ActionServer(node, "/act", "move_base_msgs/MoveBaseAction", act)
+"""
+TOO_OLD = "s old, have not arrived"  # the rule by which a publisher gives a connection up
+NOTED = """
+import logging
+class Noted(logging.Handler):
+    why = []
+    def emit(self, record):
+        if " is gone" in record.getMessage():
+            self.why.append(record.getMessage())
+noted = Noted()
+logging.getLogger("rosproto").addHandler(noted)
+logging.getLogger("rosproto").setLevel(logging.DEBUG)
 """
 LAPTOP_SIDE = """
 from msgdefs.move_base_msgs.msg import MoveBaseGoal
@@ -28,8 +40,12 @@ client.wait_for_server(30)
 
 
 def test_three_hundred_milliseconds_and_five_percent_loss(connected: Network) -> None:
-    """Subscriptions, services, parameters and actions, with their default time-outs; no link breaks."""
+    """Subscriptions, services, parameters and actions, with their default time-outs; no link breaks.
+
+    One exception is a matter of chance: the same bytes are lost again and again, until they are four seconds old.
+    """
     robot, laptop, air = connected
+    robot.python.do(NOTED)
     for way in (air.there, air.back):
         way.delay, way.loss = 0.3, 0.05
     robot.python.do(ROBOT_SIDE)
@@ -42,9 +58,32 @@ def test_three_hundred_milliseconds_and_five_percent_loss(connected: Network) ->
     assert laptop.python.ask("client.send_goal(MoveBaseGoal()).wait(30) is not None", 40) is True
     began = wait(4.0)
     laptop.python.eventually(f"heard.first_sent_after({began!r})")
-    why = laptop.python.ask("[str(error) for error in heard.subscriber.errors]")
-    assert laptop.python.ask("heard.subscriber.stats()[0].reconnects") == 0, why
+    why = robot.python.ask("noted.why")
+    assert all(TOO_OLD in text for text in why), why
+    errors = laptop.python.ask("[str(error) for error in heard.subscriber.errors]")
+    assert laptop.python.ask("heard.subscriber.stats()[0].reconnects") <= len(why), errors
     assert laptop.python.ask("node.stats().master_lost") is False
+
+
+def test_a_network_that_always_loses_some_ends_no_link_by_the_limit_of_the_system(network: Network) -> None:
+    """Linux counts from the first loss as long as there is another one, also while data arrives all the time."""
+    robot, laptop, air = network
+    robot.python.do(
+        "from rosproto.transport import tcp; tcp.KEEPALIVE_IDLE, tcp.KEEPALIVE_INTERVAL = 1, 1"
+    )  # 5 s
+    start_robot(robot.python)
+    start_laptop(laptop.python)
+    robot.python.do("tickers = [Ticker(node, f'/many{n}', 20) for n in range(20)]")
+    laptop.python.do("many = [Heard(node, f'/many{n}') for n in range(20)]")
+    laptop.python.eventually("all(one.messages for one in many)")
+    robot.python.do(NOTED)
+    for way in (air.there, air.back):
+        way.delay, way.loss = 0.3, 0.05
+    began = wait(20.0)
+    laptop.python.eventually(f"all(one.first_sent_after({began!r}) for one in many)")
+    why = robot.python.ask("noted.why")
+    assert all(TOO_OLD in text for text in why), why
+    assert len(why) <= 10, why
 
 
 def test_a_link_that_begins_on_a_slow_network(connected: Network) -> None:

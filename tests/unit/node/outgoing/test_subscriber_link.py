@@ -14,6 +14,7 @@ from rosproto.errors import ConnectionLost
 from rosproto.node.outgoing import subscriber_link
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
+from rosproto.transport import tcp
 from rosproto.transport.unsent_bytes import UnsentBytes
 from tests.support.marks import needs_rst
 
@@ -347,3 +348,36 @@ def test_what_was_sent_has_arrived_when_the_system_says_so(
     assert link.has_arrived() is None
     link.close()
     assert link.has_arrived() is True
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="an option of Linux")
+def test_while_lost_bytes_are_sent_again_the_system_leaves_the_link_to_us(
+    monitor: Monitor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It counts from the first loss, and would end a link on poor Wi-Fi that carries data all the time."""
+    answer = UnsentBytes(4, True)
+    monkeypatch.setattr(subscriber_link, "unsent_bytes", lambda sock: answer)
+    fake: Any = monitor
+    with (
+        socket.create_server(("127.0.0.1", 0)) as server,
+        socket.create_connection(server.getsockname()) as ours,
+    ):
+        tcp.tune(ours)
+        link = SubscriberLink(
+            ours, {}, address="there:1", topic="/t", queue_size=10, monitor=fake, on_closed=lambda *_: None
+        )
+
+        def limit(now: float) -> int:
+            link.send(b"data")
+            link.look(now, now - 0.5)
+            return ours.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT)
+
+        assert limit(100.0) == 30_000
+        answer = UnsentBytes(4, True, repairing=True)
+        assert limit(100.5) == 30_000
+        assert limit(101.5) == 31_000, "thirty seconds from now on, should this program be stopped or killed"
+        answer = UnsentBytes(0, False)
+        assert limit(102.0) == 30_000
+        answer = UnsentBytes(4, True, repairing=True)
+        assert limit(102.5) == 30_000, "another loss, another count"
+        link.close()
