@@ -39,6 +39,7 @@ from woosh_pure.fleet.monitor import (
 from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event
+from woosh_pure.fleet.order.rules import goes_on_from
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities, within_deviation
 from woosh_pure.fleet.persistent_order import PersistentOrder
 from woosh_pure.fleet.published_messages import MessageHeaders, MessagePublisher
@@ -264,16 +265,19 @@ class Vehicle:
         """Called ten times a second for each robot; wakes the vehicle's thread only if the order may be
         affected."""
         facts, state = self.facts, self._order.state
-        rests = state.standing or state.driving
-        news = facts.lost or not facts.located or facts.moving != self._moving or not rests
-        fast = self._edge_speed.above_limit or speed_above_limit(state.drive, facts.velocity)
-        if news or fast or self._at_node():
+        news = facts.lost or not facts.located or facts.moving != self._moving or self._edge_speed.above_limit
+        if state.drive is None:
+            news = news or self._stands() is not state.standing
+        else:
+            at_node = within_deviation(facts.position, state.drive.node, self.limits)
+            passes = at_node and goes_on_from(state, state.drive.node)
+            news = news or passes or speed_above_limit(state.drive, facts.velocity) > 0.0
+        if news:
             self._inbox.flag("motion")
 
-    def _at_node(self) -> bool:
-        """Whether the current drive has come within range of its node."""
-        drive = self._order.state.drive
-        return drive is not None and within_deviation(self.facts.position, drive.node, self.limits)
+    def _stands(self) -> bool:
+        """Whether the robot was measured standing since its last motion ended."""
+        return not self.facts.lost and self._monitor.has_stood_since(self._motion_ended_at)
 
     def _on_path(self) -> None:
         """Publish the first path of each drive at once; later ones go with the next state."""
@@ -364,8 +368,8 @@ class Vehicle:
         """Check standing and speed by the newest velocity."""
         now = time.monotonic()
         if not self._order.state.driving:
-            standing = not self.facts.lost and self._monitor.has_stood_since(self._motion_ended_at)
-            if standing != self._order.state.standing:
+            standing = self._stands()
+            if standing is not self._order.state.standing:
                 self._apply(events.StandingMeasured(standing))
         text = self._edge_speed.check(self._order.state.drive, self.facts.velocity, now)
         if text is not None:
@@ -466,8 +470,9 @@ class Vehicle:
 
     def _busy(self) -> bool:
         """Whether a state may be published later: a stop waits, or several messages wait."""
-        waits = self._inbox.waiting_messages > 0 and time.monotonic() < self._published_at + _TOGETHER_SECONDS
-        return self._inbox.stop_waits or waits
+        if not self._inbox.waiting_messages:
+            return False
+        return self._inbox.stop_waits or time.monotonic() < self._published_at + _TOGETHER_SECONDS
 
     def _use_maps(self) -> None:
         if self._maps is not None:

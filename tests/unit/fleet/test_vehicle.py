@@ -54,14 +54,15 @@ def test_a_flood_of_messages_is_bounded(parts: Parts) -> None:
 
 
 def test_a_pose_that_changes_nothing_wakes_nobody(parts: Parts) -> None:
-    """Ten poses a second come of each robot; the vehicle's thread sees those at the node, and those of a change."""
+    """Ten poses a second come of each robot; the vehicle's thread sees those of a change, and those at a node that
+    it passes without a stop. At the last node it waits for the end of the drive."""
     _, (_, facts, moved, *_) = parts.made["ChassisMonitor"]
     order = parts.made["PersistentOrder"][0]
     parts.inbox.due["now"] = 0.0  # a look into it does not wait
     facts.position, facts.located = AgvPosition(0.0, 0.0, 0.0, "map"), True
     for event in (ModeChanged("AUTOMATIC"), PositionMeasured(facts.position)):
         list(order.apply(event))
-    data = order_json(nodes="ab", deviation=0.5)
+    data = order_json(nodes="abc", deviation=0.5)
     for node in data["nodes"]:
         node["nodePosition"]["mapId"] = "map"
     list(order.apply(read_order(data)))
@@ -72,6 +73,10 @@ def test_a_pose_that_changes_nothing_wakes_nobody(parts: Parts) -> None:
         moved()
         woken.append(flags(parts.inbox))
     assert woken == [set(), set(), set(), {"motion"}, {"motion"}]
+    list(order.apply(PositionMeasured(facts.position)))
+    facts.position = AgvPosition(4.0, 0.0, 0.0, "map")
+    moved()
+    assert flags(parts.inbox) == set()
     facts.located = False
     moved()
     assert flags(parts.inbox) == {"motion"}

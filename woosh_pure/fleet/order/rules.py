@@ -119,7 +119,7 @@ def _passes_by(change: Transition, drive: Drive) -> bool:
     state, node = change.state, drive.node
     if change.drive_is_new or state.prevents(Activity.START_DRIVE):
         return False
-    if not (_goes_on_from(state, node) and reached(state, node)):
+    if not (goes_on_from(state, node) and reached(state, node)):
         return False
     change.traverse()
     while _begin_actions(change):
@@ -134,7 +134,7 @@ def _passes_by(change: Transition, drive: Drive) -> bool:
     return True
 
 
-def _goes_on_from(state: OrderState, node: Node) -> bool:
+def goes_on_from(state: OrderState, node: Node) -> bool:
     """Whether the vehicle goes on from a node without a stop."""
     if len(state.nodes) < 2 or not state.nodes[1].released:
         return False
