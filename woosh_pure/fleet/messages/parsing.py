@@ -85,17 +85,16 @@ def check(raw: Any, table: Mapping[str, str], path: str) -> None:
     if not isinstance(raw, dict):
         raise Invalid(path, "an object", raw)
     for key, kind in table.items():
+        if key not in raw and not kind.endswith("!"):
+            continue
         where = f"{path}.{key}" if path else key
         fits, words = _KINDS[kind.rstrip("!")]
-        if key in raw:
-            require(fits(raw[key]), where, words, raw[key])
-            if kind == "position":
-                check(raw[key], POSITION, where)
-            elif kind == "parameters":
-                for n, each in enumerate(raw[key]):
-                    check(each, PARAMETER, f"{where}[{n}]")
-        elif kind.endswith("!"):
-            raise Invalid(where, words, "nothing")
+        require(key in raw and fits(raw[key]), where, words, raw.get(key, "nothing"))
+        if kind == "position":
+            check(raw[key], POSITION, where)
+        elif kind == "parameters":
+            for n, each in enumerate(raw[key]):
+                check(each, PARAMETER, f"{where}[{n}]")
 
 
 def require(fits: bool, path: str, expected: str, got: object) -> None:
@@ -164,8 +163,7 @@ def check_header(data: Mapping[str, Any], *, version: str, manufacturer: str, se
 
 def timestamp(seconds: float) -> str:
     """Format seconds since 1970 for a message: ISO 8601, UTC, with hundredths and a Z."""
-    moment = datetime.fromtimestamp(seconds, timezone.utc)
-    return moment.strftime("%Y-%m-%dT%H:%M:%S.") + f"{moment.microsecond // 10000:02d}Z"
+    return datetime.fromtimestamp(seconds, timezone.utc).isoformat(timespec="milliseconds")[:22] + "Z"
 
 
 # -- reading -------------------------------------------------------------------------------------------------
