@@ -11,12 +11,13 @@ import threading
 import time
 from typing import Any, Protocol
 
-from rosproto.codec import AnyMsg, message_class
-from rosproto.errors import DefinitionError, LocalProtocolError
+from rosproto.codec import AnyMsg
+from rosproto.errors import LocalProtocolError
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
 from rosproto.node import Node, Subscriber
+from rosproto.node.definitions.type_argument import bundled_text
 from rosproto.time import Time
 
 _log = get_logger("rosproto.gateway")
@@ -282,16 +283,8 @@ class _SharedTopic:
         if known is None:
             if len(self._descriptions) >= MOST_DESCRIPTIONS:
                 self._descriptions.clear()
+            text = text or bundled_text(kind, md5sum)
             known = self._descriptions[key] = TopicDescription(
-                self.topic, kind, md5sum, text or _bundled(kind, md5sum), latched=latched, publisher=publisher
+                self.topic, kind, md5sum, text, latched=latched, publisher=publisher
             )
         return known
-
-
-def _bundled(kind: str, md5sum: str) -> str:
-    """The bundled definition if its md5sum is the same, for publishers that send none."""
-    try:
-        ours = message_class(kind)
-        return ours._full_text if ours._md5sum == md5sum else ""
-    except DefinitionError:
-        return ""

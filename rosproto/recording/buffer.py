@@ -11,10 +11,9 @@ from collections import deque
 from typing import Any, NamedTuple
 
 from rosproto.bag import Connection, RawMessage
-from rosproto.errors import DefinitionError
 from rosproto.logs import get_logger
-from rosproto.msg import bundled
 from rosproto.node import Node
+from rosproto.node.definitions.type_argument import bundled_text
 from rosproto.time import Time
 
 SLICE_BYTES = 8 << 20
@@ -202,14 +201,5 @@ def _characters(key: tuple[tuple[str, str], ...]) -> int:
 
 def _connection(topic: str, header: dict[str, str]) -> Connection:
     kind, md5sum = header["type"], header["md5sum"]
-    definition = header.get("message_definition", "") or _bundled_definition(kind, md5sum)
+    definition = header.get("message_definition", "") or bundled_text(kind, md5sum)
     return Connection(-1, topic, kind, md5sum, definition, {**header, "message_definition": definition})
-
-
-def _bundled_definition(kind: str, md5sum: str) -> str:
-    """Our definition if it has the same md5sum, for publishers that send none: a bag must contain one."""
-    try:
-        library = bundled()
-        return library.full_text(kind) if library.md5sum(kind) == md5sum else ""
-    except DefinitionError:
-        return ""

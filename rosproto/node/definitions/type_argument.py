@@ -12,6 +12,7 @@ from typing import Any
 
 from rosproto.codec import Message, define, message_class, service_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RemoteProtocolError
+from rosproto.msg import bundled
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.definitions.topic_type import ANY, WILDCARD, TopicType
 
@@ -55,6 +56,15 @@ def resolve_service_type(type_: Any, service: str, revisions: KnownDefinitions |
     raise LocalProtocolError(
         f'service {service}: {type_!r} is no service type; give a class such as SetBool or "std_srvs/SetBool"'
     )
+
+
+def bundled_text(name: str, md5sum: str) -> str:
+    """The bundled definition if it has this md5sum, for publishers that send none; else ""."""
+    try:
+        library = bundled()
+        return library.full_text(name) if library.md5sum(name) == md5sum else ""
+    except DefinitionError:
+        return ""
 
 
 def learn_type(name: str, md5sum: str, definition: str, *, topic: str, peer: str) -> TopicType:
