@@ -19,6 +19,7 @@ Intended differences from rosmaster:
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from .notifications import Notification, PublisherUpdate, Shutdown
@@ -53,16 +54,13 @@ class Answer(NamedTuple):
         return [self.code, self.text, self.value]
 
 
+@dataclass(slots=True, eq=False)
 class _Node:
-    """One registered name: its URI and its registrations."""
+    """One registered name: its URI and its registrations, (kind, key), in their order."""
 
-    __slots__ = ("held", "name", "uri")
-
-    def __init__(self, name: str, uri: str) -> None:
-        self.name = name
-        self.uri = uri
-        # (kind, key) pairs; a dict keeps the order of registration.
-        self.held: dict[tuple[Registrations, str], None] = {}
+    name: str
+    uri: str
+    held: dict[tuple[Registrations, str], None] = field(default_factory=dict)
 
     def keys(self, kind: Registrations) -> frozenset[str]:
         return frozenset(key for held_kind, key in self.held if held_kind is kind)
