@@ -45,7 +45,7 @@ class ClientChannel:
     Attributes:
         peer: Its address, "10.0.0.7:51234".
         since: When it connected, by the monotonic clock.
-        outbox: Payloads that wait for it.
+        outbox: Payloads that wait for it; messages of topics are put there directly.
         busy: A message is being sent that the client has not taken yet.
         sent, sent_bytes: Messages written.
         received: Messages read.
@@ -78,11 +78,6 @@ class ClientChannel:
         self.later = later
         """`later(seconds, function)`: call a function that does not block, in the server's loop."""
 
-    @property
-    def dropped(self) -> int:
-        """Messages of topics dropped because the client was too slow."""
-        return sum(self.outbox.dropped.values())
-
     def written(self, payload: Payload) -> None:
         """Count a written message."""
         self.sent += 1
@@ -103,12 +98,6 @@ class ClientChannel:
         self.outbox.put(None, size, payload)
         if self.outbox.overflow:
             self.close(1013, "answers wait that are not read")
-
-    def offer(
-        self, key: object, size: int, payload: Payload | DeferredPayload, keep: int | None = None
-    ) -> None:
-        """Send a message of a topic; it is dropped if the client is too slow. See `Outbox.put`."""
-        self.outbox.put(key, size, payload, keep)
 
     def close(self, code: int, reason: str) -> None:
         """Close the connection with a WebSocket close code; waiting payloads are not sent."""

@@ -205,7 +205,7 @@ class FoxgloveSession:
     def tell_time(self, nanoseconds: int) -> None:
         """Send the simulated time; it replaces one that waits."""
         data = messages.time(nanoseconds)
-        self.channel.offer(messages.time, len(data), data, keep=1)
+        self.channel.outbox.put(messages.time, len(data), data, keep=1)
 
     def _want_graph(self, asked: messages.WantGraph) -> None:
         with self._lock:
@@ -418,7 +418,7 @@ class _Subscription:
                 return  # the viewer would misread it; another channel replaces this one
             self._same = description
         head = messages.message_head(self._id, event.stamp.to_nsec())
-        self._viewer.offer(self.topic, len(event.data), framed(head, event.data))
+        self._viewer.outbox.put(self.topic, len(event.data), framed(head, event.data))
 
 
 class _Queue:

@@ -142,7 +142,7 @@ class Rosbridge(GatewayServer):
                     subscriptions=tuple(s.topic for s in session.subscriptions) if session else (),
                     sent=channel.sent,
                     received=channel.received,
-                    dropped=channel.dropped,
+                    dropped=sum(channel.outbox.dropped.values()),
                     waiting_bytes=channel.outbox.bytes,
                 )
             )

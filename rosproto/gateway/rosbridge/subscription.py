@@ -257,12 +257,12 @@ class TopicSubscription:
 
     def _send(self, event: MessageEvent, settings: Settings, *, late: bool = False) -> None:
         """Encode and send; if the client is behind, or wants fragments, encode only when it is ready."""
-        keep = settings.queue_length or None
+        put, keep = self._channel.outbox.put, settings.queue_length or None
         if late or self._channel.behind or settings.fragment_size is not None:
-            self._channel.offer(self.topic, len(event.data), _DeferredMessage(self, event, settings), keep)
+            put(self.topic, len(event.data), _DeferredMessage(self, event, settings), keep)
             return
         for payload in self.payloads(event, settings):
-            self._channel.offer(self.topic, len(payload), payload, keep)
+            put(self.topic, len(payload), payload, keep)
 
     def payloads(self, event: MessageEvent, settings: Settings) -> tuple[Payload, ...]:
         """The payloads of a message; none if it cannot be decoded, which is reported once."""
