@@ -13,7 +13,8 @@ import warnings
 
 from rosproto.gateway.access import Access, Refusal
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.foxglove.server import ClientFacts, Foxglove, FoxgloveStats
+from rosproto.gateway.foxglove.server import Foxglove, FoxgloveStats
+from rosproto.gateway.foxglove.server_state import ClientFacts
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.gateway.outbox import Outbox

@@ -14,7 +14,7 @@ from rosproto.gateway.admission import Admission
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
-from rosproto.gateway.foxglove.server_state import ServerState
+from rosproto.gateway.foxglove.server_state import ClientFacts, ServerState
 from rosproto.gateway.foxglove.session import FoxgloveSession
 from rosproto.gateway.gateway_server import GatewayServer
 from rosproto.gateway.local_topic import LocalTopic
@@ -24,27 +24,6 @@ from rosproto.node import Node
 from rosproto.watchdog import Watchdog
 
 _log = get_logger("rosproto.gateway")
-
-
-class ClientFacts(NamedTuple):
-    """One client, at one moment.
-
-    Attributes:
-        peer: "host:port".
-        subscriptions: Its topics.
-        sent, sent_bytes: All messages sent to it.
-        dropped: Messages dropped because it was too slow, by topic.
-        published: Messages that it has published.
-        since: When it connected, seconds since 1970.
-    """
-
-    peer: str
-    subscriptions: tuple[str, ...]
-    sent: int
-    sent_bytes: int
-    dropped: dict[str, int]
-    published: int
-    since: float
 
 
 class FoxgloveStats(NamedTuple):
@@ -140,18 +119,7 @@ class Foxglove(GatewayServer):
     @property
     def clients(self) -> tuple[ClientFacts, ...]:
         """The connected clients."""
-        return tuple(
-            ClientFacts(
-                session.channel.peer,
-                session.topics,
-                session.channel.sent,
-                session.channel.sent_bytes,
-                session.dropped,
-                session.published,
-                session.since,
-            )
-            for session in self._state.sessions
-        )
+        return tuple(session.facts() for session in self._state.sessions)
 
     def stats(self) -> FoxgloveStats:
         """The counters now."""

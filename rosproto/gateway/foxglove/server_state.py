@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
@@ -31,23 +31,34 @@ FIRST_VIEW_SECONDS = 3.0  # the first viewer waits for a view of the graph
 CALLS = 256  # service calls of all viewers; each has a thread
 
 
+class ClientFacts(NamedTuple):
+    """One client, at one moment.
+
+    Attributes:
+        peer: "host:port".
+        subscriptions: Its topics.
+        sent, sent_bytes: All messages sent to it.
+        dropped: Messages dropped because it was too slow, by topic.
+        published: Messages that it has published.
+        since: When it connected, seconds since 1970.
+    """
+
+    peer: str
+    subscriptions: tuple[str, ...]
+    sent: int
+    sent_bytes: int
+    dropped: dict[str, int]
+    published: int
+    since: float
+
+
 class ViewerSession(Protocol):
     """One viewer's session, as far as other parts of the server use it."""
 
     @property
     def channel(self) -> ClientChannel: ...
 
-    @property
-    def since(self) -> float: ...
-
-    @property
-    def topics(self) -> tuple[str, ...]: ...
-
-    @property
-    def dropped(self) -> dict[str, int]: ...
-
-    @property
-    def published(self) -> int: ...
+    def facts(self) -> ClientFacts: ...
 
     def __hash__(self) -> int: ...
 

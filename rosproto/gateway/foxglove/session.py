@@ -26,7 +26,7 @@ from rosproto.gateway.foxglove.client_publish import ClientPublisher
 from rosproto.gateway.foxglove.graph import ConnectionGraph, GraphView, connection_graph
 from rosproto.gateway.foxglove.messages import Level
 from rosproto.gateway.foxglove.parameters import ViewerParameters
-from rosproto.gateway.foxglove.server_state import CALLS, ServerState
+from rosproto.gateway.foxglove.server_state import CALLS, ClientFacts, ServerState
 from rosproto.gateway.foxglove.services import call
 from rosproto.gateway.json_text import is_short
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
@@ -46,13 +46,11 @@ class FoxgloveSession:
         state: Shared by all sessions.
         channel: Sends to the viewer.
 
-    Attributes:
-        since: When it connected, seconds since 1970.
     """
 
     def __init__(self, state: ServerState, channel: ClientChannel) -> None:
         self.channel = channel
-        self.since = time.time()
+        self._since = time.time()
         self._state = state
         self._closed = False
         self._lock = threading.RLock()
@@ -85,15 +83,18 @@ class FoxgloveSession:
         with self._lock:
             return tuple(sorted(one.topic for one in self._subscriptions.values() if one.shared is not None))
 
-    @property
-    def dropped(self) -> dict[str, int]:
-        """Messages dropped because it was too slow, by topic."""
-        return {key: count for key, count in self.channel.outbox.dropped.items() if isinstance(key, str)}
-
-    @property
-    def published(self) -> int:
-        """Messages that it has published."""
-        return self._publishing.published
+    def facts(self) -> ClientFacts:
+        """The facts about it now."""
+        channel = self.channel
+        return ClientFacts(
+            channel.peer,
+            self.topics,
+            channel.sent,
+            channel.sent_bytes,
+            {key: count for key, count in channel.outbox.dropped.items() if isinstance(key, str)},
+            self._publishing.published,
+            self._since,
+        )
 
     def _send(self, *payloads: str | bytes) -> None:
         self.channel.answer(payloads)
