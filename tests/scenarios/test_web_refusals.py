@@ -67,7 +67,7 @@ WRITING = ("goals", "pose", "lease", "lease/grant", "recordings", "login")
 def test_hostile_bodies_get_a_sentence_and_move_nothing(web: Served, chassis: Chassis, path: str) -> None:
     access = web.app.state.context.access  # type: ignore[attr-defined]
     for body in HOSTILE:
-        access._moves.clear()
+        access._moves._entries.clear()
         raw = body if isinstance(body, bytes) else json.dumps(body).encode()
         answer = web.post(path, raw, headers={"content-type": "application/json"})
         if answer.status >= 400:
