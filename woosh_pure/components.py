@@ -46,11 +46,7 @@ class Components:
         self.velocity = VelocityTopics(self.connection, self._heard_since, unused=self.watchdog_client.over)
         if self._watchdog is not None:
             self._watchdog.on_sent(self._stopped_by_watchdog)
-        self.motions = ActiveMotions(
-            leave=leave_running,
-            zeros_due=lambda: self.velocity.zeros_due,
-            send_zeros=self.velocity.send_due_zeros,
-        )
+        self.motions = ActiveMotions(self.velocity, leave=leave_running)
         self.readiness_state = ReadinessState(
             self.connection,
             self.feeds,

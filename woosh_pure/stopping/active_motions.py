@@ -21,6 +21,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import FinalMessage
+from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.errors import MotionRefused
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.immediate_stop import ImmediateStop, Stoppable, StopRequest
@@ -102,24 +103,17 @@ class ActiveMotions:
 
     Args:
         leave: See the attribute.
-        zeros_due: Return whether zeros of ended drives have not arrived yet; must not wait.
-        send_zeros: Send them, in bounded time.
+        velocity: Zeros of ended drives that have not arrived yet are sent there.
     """
 
-    def __init__(
-        self,
-        *,
-        leave: bool,
-        zeros_due: Callable[[], bool] = lambda: False,
-        send_zeros: Callable[[], None] = lambda: None,
-    ) -> None:
+    def __init__(self, velocity: VelocityTopics, *, leave: bool) -> None:
         self.leave = leave
         self.moved = False
         self.stops = 0
         self.over = ""
         self.executor = StopExecutor()
         self._immediate_stop = ImmediateStop(self._under_way, self._chores)
-        self._zeros_due, self._send_zeros = zeros_due, send_zeros
+        self._velocity = velocity
         self._sending_zeros: Job[None] | None = None
         self._count = itertools.count(1)
         self._exit = Job(self._end_at_exit, _EXIT_SECONDS)
@@ -147,10 +141,10 @@ class ActiveMotions:
 
     def _chores(self) -> bool:
         """Start sending zeros if some are due; return whether they are. Does not wait."""
-        if not self._zeros_due():
+        if not self._velocity.zeros_due:
             return False
         if self._sending_zeros is None or self._sending_zeros.over:
-            self._sending_zeros = Job(self._send_zeros, _CHORE_SECONDS)
+            self._sending_zeros = Job(self._velocity.send_due_zeros, _CHORE_SECONDS)
             self.executor.put(self._sending_zeros)
         return True
 

@@ -10,6 +10,7 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
@@ -45,20 +46,11 @@ _UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 class StopParts(Protocol):
     """The parts of `woosh_pure.components.Components` that a stop uses."""
 
-    @property
-    def connection(self) -> Connection: ...
-
-    @property
-    def clients(self) -> Clients: ...
-
-    @property
-    def feeds(self) -> Feeds: ...
-
-    @property
-    def velocity(self) -> VelocityTopics: ...
-
-    @property
-    def motions(self) -> ActiveMotions: ...
+    connection: Connection
+    clients: Clients
+    feeds: Feeds
+    velocity: VelocityTopics
+    motions: ActiveMotions
 
 
 class Registrations:
@@ -131,20 +123,29 @@ class Registrations:
 # -- tasks and goals -----------------------------------------------------------------------------------------
 
 
-def cancel_others(
-    components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline
-) -> None:
-    """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it.
+@dataclass(frozen=True)
+class StopRun:
+    """One stop under way: what its steps share.
 
-    Args:
+    Attributes:
         components: The chassis.
-        registrations: Missing servers are not waited for.
+        registrations: Missing nodes are not waited for.
         report: Successes and failures are added to it.
-        deadline: Servers that have not answered by then are reported.
+        deadline: What has not answered by then is reported.
     """
+
+    components: StopParts
+    registrations: Registrations
+    report: StopReport
+    deadline: Deadline
+
+
+def cancel_others(run: StopRun) -> None:
+    """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it."""
+    report, registrations, deadline = run.report, run.registrations, run.deadline
     # The task is cancelled first: it would end as failed if its navigation was cancelled before. The wait is
     # short, because the navigation is cancelled in any case.
-    task = _begin(partial(_cancel_task, components, registrations, report, deadline), deadline)
+    task = _begin(partial(_cancel_task, run), deadline)
     registrations.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
@@ -155,10 +156,7 @@ def cancel_others(
             row.source != "page" and registrations.lacks_subscriber(f"{row.name}/cancel")
         ):
             continue
-        waiting[row.name] = _begin(
-            partial(_cancel_action, components, registrations, row.name, report, cancelled, deadline),
-            deadline,
-        )
+        waiting[row.name] = _begin(partial(_cancel_action, run, row.name, cancelled), deadline)
     for name, worker in waiting.items():
         worker.join(_left(deadline) + 0.5)
         if not worker.over:
@@ -177,39 +175,27 @@ def _begin(work: Callable[[], None], deadline: Deadline) -> Job[None]:
     return job
 
 
-def _cancel_action(
-    components: StopParts,
-    registrations: Registrations,
-    name: str,
-    report: StopReport,
-    cancelled: list[str],
-    deadline: Deadline,
-) -> None:
+def _cancel_action(run: StopRun, name: str, cancelled: list[str]) -> None:
     """Cancel all goals: an empty id and a zero time (wiki.ros.org/actionlib/DetailedDescription).
 
     An action client is not used, because its five topics would have to be registered first.
     """
-    topic = f"{name}/cancel"
+    topic, registrations = f"{name}/cancel", run.registrations
     if registrations.lacks_subscriber(topic):
         registrations.miss(name)
         return
     try:
-        told = _begin_listening(components, name)
+        node, status = run.components.connection.open_node(), message_type("actionlib_msgs/GoalStatusArray")
+        told = node.subscriber(f"{name}/status", status, queue_size=1)
         goal_id = message_type("actionlib_msgs/GoalID")
-        with components.connection.open_node().publisher(topic, goal_id, queue_size=1) as publisher, told:
-            publisher.wait_for_connection(timeout=_left(deadline))
+        with node.publisher(topic, goal_id, queue_size=1) as publisher, told:
+            publisher.wait_for_connection(timeout=_left(run.deadline))
             publisher.publish()
             publisher.flush(1.0)
             if registrations.lacks_publisher(told.topic) or _ran(told):
                 cancelled.append(name)
     except (RosError, OSError, RuntimeError) as error:
-        report.problems.append(say("cancelling {goal} ({error})", goal=name, error=error))
-
-
-def _begin_listening(components: StopParts, name: str) -> rosproto.Subscriber:
-    return components.connection.open_node().subscriber(
-        f"{name}/status", message_type("actionlib_msgs/GoalStatusArray"), queue_size=1
-    )
+        run.report.problems.append(say("cancelling {goal} ({error})", goal=name, error=error))
 
 
 def _ran(status: rosproto.Subscriber) -> bool:
@@ -224,21 +210,20 @@ def _ran(status: rosproto.Subscriber) -> bool:
     return any(goal.status in _HAD_A_GOAL for goal in goals)
 
 
-def _cancel_task(
-    components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline
-) -> None:
+def _cancel_task(run: StopRun) -> None:
+    components, report = run.components, run.report
     try:
         status = components.feeds.get("status").latest
     except RosError:
         status = None
     if status is not None and status.task_state not in _UNDER_WAY:
         return
-    if registrations.lacks_service("/exec_task"):
-        registrations.miss("/exec_task")
+    if run.registrations.lacks_service("/exec_task"):
+        run.registrations.miss("/exec_task")
         return
     task_id = 0 if status is None else status.task_id
     try:
-        reply = components.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(deadline))
+        reply = components.clients.exec_task(TaskCommand.CANCEL, task_id, timeout=_left(run.deadline))
         if reply.success:
             report.cancelled.append(
                 say("task {id}", id=task_id) if status is not None else say("the running task")

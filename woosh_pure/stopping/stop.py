@@ -18,7 +18,7 @@ from rosproto.transport import Deadline
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.stopping.active_motions import cancel_goals
 from woosh_pure.stopping.immediate_stop import StopRequest
-from woosh_pure.stopping.other_clients import OtherPrograms, Registrations, StopParts, cancel_others
+from woosh_pure.stopping.other_clients import OtherPrograms, Registrations, StopParts, StopRun, cancel_others
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop_executor import Job, begin
 
@@ -75,94 +75,85 @@ def _stop(
     ending.written.wait(_WRITTEN)
     report.problems += ending.problems
     registrations = Registrations(components.connection)
+    run = StopRun(components, registrations, report, deadline)
     # Zeros, cancels and the search for other drivers run at the same time: none waits for another.
-    zeros = Job(partial(_zeros, components, registrations, report, deadline), timeout + _LISTENERS)
+    zeros = Job(partial(_zeros, run), timeout + _LISTENERS)
     begin(zeros, "woosh:stop")
     programs = (
         OtherPrograms(components.connection, deadline, end=end_drivers) if everything or end_drivers else None
     )
     cancel_goals(components.motions.take_goals(), report, min(timeout, 3.0), ending.why)
     if everything:
-        cancel_others(components, registrations, report, deadline)
+        cancel_others(run)
     zeros.join(max(_LISTENERS, deadline.remaining() or 0.0) + 0.5)
     if zeros.error is not None:
         report.problems.append(say("zero velocity ({error})", error=zeros.error))
     if programs is not None:
         programs.wait(report)
         if programs.ended:
-            _zeros(components, registrations, report, deadline)  # they may have ended without sending zero
-    report.standing = _standing(
-        components, registrations, report, deadline, programs is not None and programs.drive_on
-    )
+            _zeros(run)  # they may have ended without sending zero
+    report.standing = _standing(run, programs is not None and programs.drive_on)
     if missing := registrations.sentence():
         report.problems.append(missing)
     report.pending = [goal.description for goal in components.motions.goals if goal.end_due]
 
 
-def _standing(
-    components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline, driven: bool
-) -> bool | None:
+def _standing(run: StopRun, driven: bool) -> bool | None:
     """Return whether the robot stands still; where another program may drive it, it must for a second."""
+    feeds, registrations = run.components.feeds, run.registrations
     try:
-        feed = components.feeds.get("velocity").open()
+        feed = feeds.get("velocity").open()
         if not feed.publishers and registrations.lacks_publisher(feed.topic):
             registrations.miss(feed.topic)
             return None
-        standing = components.feeds.wait_standing(max(0.2, deadline.remaining() or 0.0))
+        standing = feeds.wait_standing(max(0.2, run.deadline.remaining() or 0.0))
         steady = Deadline(_STEADY)
         while standing and driven and (left := steady.remaining()):
             standing = feed.wait(left + 1.0).is_standing()
         return standing
     except RosError as error:
-        report.problems.append(say("looking whether it stands ({error})", error=error))
+        run.report.problems.append(say("looking whether it stands ({error})", error=error))
         return None
 
 
-def _zeros(
-    components: StopParts, registrations: Registrations, report: StopReport, deadline: Deadline
-) -> None:
+def _zeros(run: StopRun) -> None:
     """Send zeros on both velocity topics, on each as soon as it has a subscriber."""
+    velocity = run.components.velocity
     waiting: dict[str, rosproto.Publisher] = {}
     failed: dict[str, list[str]] = {}  # error -> topics: the same error is reported once
     for topic in VELOCITY_TOPICS.values():
         try:
-            waiting[topic] = components.velocity.acquire(topic)
+            waiting[topic] = velocity.acquire(topic)
         except (RosError, OSError, RuntimeError) as error:
             failed.setdefault(str(error), []).append(topic)
     for why, topics in failed.items():
         told = say("zero velocity on {topic} ({why})", topic=" and ".join(topics), why=say(why))
-        report.problems.append(told)
+        run.report.problems.append(told)
     acquired = list(waiting)
     try:
-        _send_zeros(components, registrations, waiting, report, deadline)
+        _send_zeros(run, waiting)
     finally:
         for topic in acquired:
-            components.velocity.release(topic)
+            velocity.release(topic)
 
 
-def _send_zeros(
-    components: StopParts,
-    registrations: Registrations,
-    waiting: dict[str, rosproto.Publisher],
-    report: StopReport,
-    deadline: Deadline,
-) -> None:
-    listeners = Deadline(max(_LISTENERS, deadline.remaining() or 0.0))
+def _send_zeros(run: StopRun, waiting: dict[str, rosproto.Publisher]) -> None:
+    listeners = Deadline(max(_LISTENERS, run.deadline.remaining() or 0.0))
     sent: dict[str, int] = {}
     while waiting and any(sent.get(topic, 0) < _REPEATS for topic in waiting):
         for topic, publisher in list(waiting.items()):
             if publisher.connections and sent.get(topic, 0) < _REPEATS:
-                components.velocity.zero(topic)
+                run.components.velocity.zero(topic)
                 sent[topic] = sent.get(topic, 0) + 1
             elif publisher.connections:
                 continue
             elif sent.get(topic):
                 del waiting[topic]  # the subscriber received some and has disconnected
-            elif registrations.lacks_subscriber(topic):
-                registrations.miss(topic)
+            elif run.registrations.lacks_subscriber(topic):
+                run.registrations.miss(topic)
                 del waiting[topic]
             elif listeners.expired:
-                report.problems.append(
+                run.report.problems.append(
                     say("zero velocity on {topic} (nobody has connected to it)", topic=topic)
                 )
                 del waiting[topic]
