@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from rosproto.tf import Transform
+
 
 class Readings:
     """The part of `Chassis` that only listens."""
@@ -204,33 +206,18 @@ def scan_in_base(chassis: Readings, scan: LaserScan) -> NDArray[np.floating]:
 
 def in_base(chassis: Readings, points: NDArray[np.float64], frame: str) -> NDArray[np.float64]:
     """(N, 3) points of a frame, m in base_link by the fixed transforms; unchanged where none is known."""
-    import numpy as np
-
     links = _fixed_links(chassis)
     frame = frame.lstrip("/")
     for _ in range(20):  # the tree may contain a loop
         if frame in ("base_link", "base_footprint") or frame not in links:
             break
-        frame, transform = links[frame]
-        points = _turned(points, transform.rotation)
-        t = transform.translation
-        points = points + np.array([t.x, t.y, t.z])
+        points, frame = links[frame].points(points), links[frame].target
     return points
 
 
-def _fixed_links(chassis: Readings) -> dict[str, tuple[str, Any]]:
-    links: dict[str, tuple[str, Any]] = {}
-    for reading in chassis.feed("tf_static").history:
-        for link in reading.message.transforms:
-            links[link.child_frame_id.lstrip("/")] = (link.header.frame_id.lstrip("/"), link.transform)
-    return links
+def _fixed_links(chassis: Readings) -> dict[str, Transform]:
+    """The transform of each frame to its parent."""
+    from rosproto.tf import Transform
 
-
-def _turned(points: NDArray[np.float64], q: Any) -> NDArray[np.float64]:
-    """Rotate points by a unit quaternion; a lidar may be mounted upside down."""
-    import numpy as np
-
-    axis = np.array([q.x, q.y, q.z])
-    around = 2.0 * np.cross(axis, points)
-    turned: NDArray[np.float64] = points + q.w * around + np.cross(axis, around)
-    return turned
+    links = (link for reading in chassis.feed("tf_static").history for link in reading.message.transforms)
+    return {link.source: link for link in map(Transform.from_message, links)}

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rosproto.sentence import say
 from woosh_pure.enums import (
     ActionState,
     ActionType,
@@ -163,25 +162,9 @@ def _image(m: Any) -> v.Image:
 def _cloud(m: Any) -> v.PointCloud:
     import numpy as np
 
-    offsets = {f.name: f.offset for f in m.fields if f.datatype == 7}
-    missing = [name for name in "xyz" if name not in offsets]
-    if missing:
-        raise ValueError(
-            say("point cloud without float32 {names}; read the raw message instead", names=", ".join(missing))
-        )
-    order = ">f4" if m.is_bigendian else "<f4"
-    layout = np.dtype(
-        {
-            "names": list("xyz"),
-            "formats": [order] * 3,
-            "offsets": [offsets[n] for n in "xyz"],
-            "itemsize": m.point_step,
-        }
-    )
-    count = m.width * m.height
-    table = np.frombuffer(m.data, layout, count)
-    points = np.stack([table[n] for n in "xyz"], axis=1).astype(np.float32)
-    return v.PointCloud(points[np.isfinite(points).all(axis=1)], m.header.frame_id)
+    from rosproto.numeric import cloud_to_points
+
+    return v.PointCloud(cloud_to_points(m).astype(np.float32, copy=False), m.header.frame_id)
 
 
 def _status_code(m: Any) -> StatusCode:

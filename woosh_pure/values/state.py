@@ -175,11 +175,9 @@ class LaserScan:
 
     def points(self) -> NDArray[np.float32]:
         """(M, 2) float32 x, y in m in `frame` of the valid ranges; a new array."""
-        import numpy as np
+        from rosproto.numeric import scan_to_points
 
-        good = (self.ranges >= self.range_min) & (self.ranges <= self.range_max)
-        angles, ranges = self.angles()[good], self.ranges[good]
-        return np.stack([ranges * np.cos(angles), ranges * np.sin(angles)], axis=1).astype(np.float32)
+        return scan_to_points(self).astype("float32")
 
     @property
     def nearest(self) -> float:

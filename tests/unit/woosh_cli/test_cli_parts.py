@@ -17,6 +17,7 @@ import pytest
 from rosproto.errors import ConnectionLost
 from rosproto.numeric import encode_png
 from rosproto.text import width
+from rosproto.time import Time
 from tests.support.png import read_png
 from woosh_pure.cli import config, main
 from woosh_pure.cli.commands import watch
@@ -206,7 +207,7 @@ class Fixed:
     def __init__(self, *links: tuple[str, str, tuple[float, float, float], tuple[float, ...]]) -> None:
         self._links = [
             SimpleNamespace(
-                header=SimpleNamespace(frame_id=parent),
+                header=SimpleNamespace(frame_id=parent, stamp=Time()),
                 child_frame_id=child,
                 transform=SimpleNamespace(
                     translation=SimpleNamespace(x=t[0], y=t[1], z=t[2]),
