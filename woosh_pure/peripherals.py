@@ -10,8 +10,6 @@ from rosproto.coercion import as_float, whole
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.components import Components
-from woosh_pure.connection.call_scope import current
-from woosh_pure.connection.firmware_limits import require_message
 from woosh_pure.enums import LedState, NavDirection, NavigationMode
 from woosh_pure.errors import ChassisError, StaleState
 from woosh_pure.geometry import Footprint, Pose2D
@@ -74,17 +72,11 @@ class Peripherals:
 
     def _send_to_any(self, topics: Sequence[str], type_name: str, message: Any) -> None:
         """Send on those spellings of a topic that have a subscriber."""
-        publishers = [self._components.clients.publisher(topic, type_name) for topic in topics]
-        heard = [p for p in publishers if p.connections]
-        if not heard:
-            self._components.clients.wait_any(publishers, self._components.connection.timeout)
-            heard = [p for p in publishers if p.connections]
-        for publisher in heard:
-            require_message(publisher.topic, publisher, message)
-            if (scope := current()) is not None:
-                scope.require_wanted(publisher.topic)
-            publisher.publish(message)
-            publisher.flush(self._components.connection.timeout)
+        clients = self._components.clients
+        publishers = [clients.publisher(topic, type_name) for topic in topics]
+        clients.wait_any(publishers, self._components.connection.timeout)
+        for publisher in [each for each in publishers if each.connections]:
+            clients.deliver(publisher, message)
 
     def say(self, text: str) -> None:
         """Let the chassis speak (`/voice_synthesis`; not every chassis has it).

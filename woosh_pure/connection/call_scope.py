@@ -51,7 +51,7 @@ class CallScope:
             MotionRefused: The call was cancelled.
         """
         with self._lock:
-            self._require_wanted(what)
+            self.require_wanted(what)
             self.things.append(thing)
             self._ends.append((what, end))
 
@@ -61,10 +61,6 @@ class CallScope:
         Raises:
             MotionRefused: The call was cancelled.
         """
-        with self._lock:
-            self._require_wanted(what)
-
-    def _require_wanted(self, what: str) -> None:
         if self._unwanted:
             raise MotionRefused(
                 say("{what}: the task that asked for it was cancelled; nothing was sent", what=what)

@@ -82,9 +82,18 @@ class Clients:
         """
         publisher = self.publisher(topic, type(message))
         publisher.wait_for_connection(timeout=self._connection.timeout if timeout is None else timeout)
-        require_message(topic, publisher, message)
+        self.deliver(publisher, message)
+
+    def deliver(self, publisher: rosproto.Publisher, message: Any) -> None:
+        """Publish once, with a publisher that the chassis has connected to.
+
+        Raises:
+            FirmwareLimit: The chassis's definition has no field for a value given; nothing was sent.
+            MotionRefused: The call was cancelled.
+        """
+        require_message(publisher.topic, publisher, message)
         if (scope := current()) is not None:
-            scope.require_wanted(topic)
+            scope.require_wanted(publisher.topic)
         publisher.publish(message)
         publisher.flush(self._connection.timeout)
 

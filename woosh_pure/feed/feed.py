@@ -112,8 +112,7 @@ class Feed(Newest[T]):
         # Numbered from 1. A new tuple each time: without the GIL a deque cannot be copied while it grows.
         self._history: tuple[tuple[int, Reading[T]], ...] = ()
         self._waiting: list[threading.Lock] = []
-        self._broken = 0
-        self._links_then: tuple[object, ...] | None = None
+        self._links_then: frozenset[object] | None = None
         self._callbacks: list[Callable[[T], object]] = []
         self._calling: set[int] = set()
         self._subscriber: Subscriber | None = None
@@ -201,13 +200,13 @@ class Feed(Newest[T]):
         try:
             value = to_value(self.row.type, message)
         except ValueError as error:
-            self._broken += 1
             logger.warning("%s: a message makes no sense and is left out: %s", self.row.name, error)
             return
         reading = Reading(value, received, stamp_of(message), message)
         if self.row.on_change:
             with self._open_lock:  # a latched value may come before `open` has its subscriber
-                self._links_then = self._links()
+                # None for a latched value that comes while we still subscribe.
+                self._links_then = None if self._subscriber is None else self.links
         with self._receiving:
             self._history = (*self._history[1 - self._kept :], (self.count + 1, reading))
         callbacks = list(self._callbacks)
@@ -321,13 +320,7 @@ class Feed(Newest[T]):
         since, so a change may have been missed.
         """
         then = self._links_then
-        return bool(self._history) and then is not None and self._links() != then
-
-    def _links(self) -> tuple[object, ...] | None:
-        subscriber = self._subscriber
-        if subscriber is None:
-            return None  # a latched value that comes while we still subscribe
-        return tuple(sorted((link.address, link.reconnects) for link in subscriber.stats() if link.connected))
+        return bool(self._history) and then is not None and (self._subscriber is None or self.links != then)
 
     @property
     def errors(self) -> list[Exception]:

@@ -101,29 +101,24 @@ class GoalHandle(Generic[P]):
         state = "running" if outcome is None else outcome.kind.value
         return f"<{type(self).__name__} {self.description}: {state}>"
 
-    # -- for subclasses --------------------------------------------------------------------------------------
+    # -- for subclasses: what they mean is in `MotionKind` ---------------------------------------------------
 
     def _write_cancel(self) -> None:
-        """See `MotionKind.write_cancel`."""
         raise NotImplementedError
 
     def _repeat_cancel(self) -> None:
-        """See `MotionKind.repeat_cancel`."""
         self._write_cancel()
 
     def _request_cancel(self, timeout: float) -> None:
-        """See `MotionKind.request_cancel`."""
         raise NotImplementedError
 
     def _cancel_confirmed(self, timeout: float) -> bool:
-        """See `MotionKind.cancel_confirmed`."""
         return True
 
     def _check(self) -> None:
         """See `MotionKind.check`."""
 
     def _final_message(self) -> FinalMessage | None:
-        """See `MotionKind.final_message`."""
         return None
 
     def _advance(self, progress: P) -> None:

@@ -165,7 +165,8 @@ def assess(
     reasons += [
         _other_goal(*other)
         for other in other_goals
-        if other[0] != ROBOT_ITSELF or _task_unknown(status, own_tasks)
+        if other[0] != ROBOT_ITSELF
+        or (status is None and not own_tasks)  # else another reason names its task
     ]
     reasons += [Reason(ReasonKey.CHASSIS_KEY, say(KEY_TRIGGERED, number=key), False) for key in keys]
     told = {reason.key for reason in reasons if reason.blocking}
@@ -229,11 +230,6 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
             Reason(ReasonKey.CHARGING_CABLE, "the battery charges without a task; unplug the cable")
         )
     return reasons
-
-
-def _task_unknown(status: RobotStatus | None, own_tasks: Collection[int]) -> bool:
-    """Whether no other reason names the task that the robot is carrying out."""
-    return status is None and not own_tasks
 
 
 def _other_goal(client: str, action: str) -> Reason:

@@ -11,7 +11,6 @@ without messages). Behaviour that the vendor does not document is marked "assume
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from types import TracebackType
@@ -23,6 +22,7 @@ from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import allow_open_files
+from woosh_pure.connection.arguments import require_limit
 from woosh_pure.enums import RobotMode
 from woosh_pure.firmware.versions import CURRENT
 from woosh_pure.firmware.versions import firmware as firmware_named
@@ -404,17 +404,17 @@ class SimulatedChassis(Simulation):
 
     def fall_silent(self, seconds: float) -> None:
         """Stop the topics that the chassis publishes for a while; commands still arrive."""
-        self.network.fall_silent(_duration("seconds", seconds))
+        self.network.fall_silent(require_limit(seconds, "seconds"))
 
     def drop_link(self, seconds: float) -> None:
         """Interrupt the network for a while in both directions. Messages sent meanwhile arrive afterwards, as
         with TCP, velocities included.
         """
-        self.network.drop(_duration("seconds", seconds))
+        self.network.drop(require_limit(seconds, "seconds"))
 
     def slow_network(self, delay: float) -> None:
         """Delay topics, commands, requests and goals by `delay` s each way; 0 ends it."""
-        self.network.delay = _duration("delay", delay)
+        self.network.delay = require_limit(delay, "delay")
 
     def crash_node(self, name: str) -> None:
         """Close one of its nodes, as after a crash."""
@@ -460,16 +460,6 @@ def _publish(publisher: rosproto.Publisher, message: Any) -> None:
         publisher.publish(message)
     except RosError as error:
         logger.debug("! publishing failed: %s", error)
-
-
-def _duration(name: str, value: float) -> float:
-    """Check a duration now; an invalid one would end the simulation's thread later."""
-    seconds = as_float(value)
-    if not 0.0 <= seconds < math.inf:
-        raise ValueError(
-            say("{name}={value!r}: expected seconds of at least 0, and not for ever", name=name, value=value)
-        )
-    return seconds
 
 
 def _reporting_node(code: int) -> str:

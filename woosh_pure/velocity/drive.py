@@ -299,7 +299,7 @@ class Drive:
 
     def _run(self) -> None:
         try:
-            while not self._over.wait(self._seconds_to_next()):
+            while not self._over.wait(self._shaper.seconds_to_next(time.monotonic(), 1.0 / _RATE)):
                 problem = self._end_conditions.problem(self.sending)
                 if problem is not None:
                     if isinstance(problem, ConnectionLost):
@@ -314,9 +314,6 @@ class Drive:
         finally:
             self._send_zeros()
             self._sent_zeros.set()
-
-    def _seconds_to_next(self) -> float:
-        return self._shaper.seconds_to_next(time.monotonic(), 1.0 / _RATE)
 
     def _send_zeros(self) -> None:
         for _ in range(_ZEROS):

@@ -22,15 +22,9 @@ from woosh_pure.interface.table import ROBOT_NODES
 from woosh_pure.readiness.readiness_state import ReadinessState
 from woosh_pure.stopping.stop_executor import Flag
 
-
-def _source() -> int | None:
-    # Linux: CLOCK_BOOTTIME. macOS and the BSDs: CLOCK_MONOTONIC, unlike what time.monotonic() takes there.
-    # Windows has neither; its time.monotonic() goes on in sleep.
-    found: int | None = getattr(time, "CLOCK_BOOTTIME", getattr(time, "CLOCK_MONOTONIC", None))
-    return found
-
-
-_SOURCE = _source()
+# Linux: CLOCK_BOOTTIME. macOS and the BSDs: CLOCK_MONOTONIC, unlike what time.monotonic() takes there.
+# Windows has neither; its time.monotonic() goes on in sleep.
+_SOURCE: int | None = getattr(time, "CLOCK_BOOTTIME", getattr(time, "CLOCK_MONOTONIC", None))
 
 
 def boot_seconds() -> float:
