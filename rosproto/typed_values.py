@@ -250,7 +250,7 @@ def expression_tree(text: str) -> ast.expr:
     """Parse a Python expression, without Python's warnings about its style (`1if x else 2`).
 
     Raises:
-        SyntaxError, ValueError, RecursionError, MemoryError: As `ast.parse`.
+        SyntaxError, ValueError, RecursionError, MemoryError: The text is no Python expression, or too deep.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
