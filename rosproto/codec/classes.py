@@ -59,45 +59,26 @@ def _chosen(value_style: str | ValueStyle, flavour: str | ValueStyle | None) -> 
 def _message_class(
     type_: str | MessageSpec, library: DefinitionLibrary, value_style: ValueStyle, kind: str
 ) -> type[DynamicMessage]:
-    classes = _cache(library)
-    key = _key(type_, value_style)
-    found = _kept(classes, key, type_)
-    if found is not None:
-        return found
-    with _lock:
-        # Another thread may have made it meanwhile.
-        return _kept(classes, key, type_) or _add_class(type_, library, value_style, kind)
-
-
-def _key(type_: str | MessageSpec, value_style: ValueStyle) -> tuple[str, str, ValueStyle]:
     name = type_ if isinstance(type_, str) else type_.name
-    return "msg", "std_msgs/Header" if name == "Header" else name, value_style
-
-
-def _kept(
-    classes: dict[Any, Any], key: tuple[str, str, ValueStyle], type_: str | MessageSpec
-) -> type[DynamicMessage] | None:
+    if not isinstance(type_, str) and not _has(library, type_):
+        library = library.fork()
+        library.add(type_)
+    classes = _cache(library)
+    key = "msg", "std_msgs/Header" if name == "Header" else name, value_style
     cls: type[DynamicMessage] | None = classes.get(key)
-    return cls if cls is not None and (isinstance(type_, str) or cls._spec == type_) else None
-
-
-def _add_class(
-    type_: str | MessageSpec, library: DefinitionLibrary, value_style: ValueStyle, kind: str
-) -> type[DynamicMessage]:
-    if isinstance(type_, str):
-        spec = library.message(type_)
-    else:
-        spec = type_
-        try:
-            known = library.message(spec.name) == spec
-        except DefinitionError:
-            known = False
-        if not known:
-            library = library.fork()
-            library.add(spec)
-            return _message_class(spec.name, library, value_style, kind)
-    cls = _cache(library)[_key(type_, value_style)] = _make_class(spec, library, value_style, kind)
+    if cls is None or type_ not in (name, cls._spec):
+        with _lock:
+            cls = classes.get(key)  # another thread may have made it meanwhile
+            if cls is None or type_ not in (name, cls._spec):
+                cls = classes[key] = _make_class(library.message(name), library, value_style, kind)
     return cls
+
+
+def _has(library: DefinitionLibrary, spec: MessageSpec) -> bool:
+    try:
+        return library.message(spec.name) == spec
+    except DefinitionError:
+        return False
 
 
 def _cache(library: DefinitionLibrary) -> dict[Any, Any]:
