@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Generator
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import WeakSet
 
@@ -104,18 +105,20 @@ class Node:
         self.node = node
         node.on_shutdown(self._end)
 
-    def _opens(self, view: Callable[[T, Pool], V], open_it: Callable[[], T]) -> PendingOpen[V]:
-        """Awaiting the result calls `open_it` in a thread and wraps what it returns with `view`."""
+    def _opens(self, view: Callable[[T, Pool], V], prepare: Callable[[], Callable[[], T]]) -> PendingOpen[V]:
+        """Awaiting the result calls `prepare` in the loop, then in a thread the function that it returned,
+        and wraps with `view` what that returns.
+        """
 
         async def opened() -> V:
-            return view(await self._pool.run(open_it, dispose=_close), self._pool)
+            return view(await self._pool.run(prepare(), dispose=_close), self._pool)
 
         return PendingOpen(opened)
 
     def publisher(self, topic: str, type: Any, **options: Any) -> PendingOpen[Publisher]:
         """Publish a topic; arguments as `rosproto.Node.publisher`."""
         node = self._threaded
-        return self._opens(Publisher, lambda: node.publisher(topic, type, **options))
+        return self._opens(Publisher, lambda: partial(node.publisher, topic, type, **options))
 
     def subscriber(
         self, topic: str, type: Any = None, *, queue_size: int = 10, **options: Any
@@ -136,7 +139,9 @@ class Node:
     def service_client(self, name: str, type: Any, *, persistent: bool = False) -> PendingOpen[ServiceClient]:
         """A client of a service; arguments as `rosproto.Node.service_client`."""
         node = self._threaded
-        return self._opens(ServiceClient, lambda: node.service_client(name, type, persistent=persistent))
+        return self._opens(
+            ServiceClient, lambda: partial(node.service_client, name, type, persistent=persistent)
+        )
 
     def service_server(
         self, name: str, type: Any, handler: Callable[[Any], Any]
@@ -145,37 +150,28 @@ class Node:
         loop.
         """
         node = self._threaded
-
-        async def open_it() -> ServiceServer:
-            in_thread = handler_in_loop(handler)
-            server = await self._pool.run(lambda: node.service_server(name, type, in_thread), dispose=_close)
-            return ServiceServer(server, self._pool)
-
-        return PendingOpen(open_it)
+        return self._opens(
+            ServiceServer, lambda: partial(node.service_server, name, type, handler_in_loop(handler))
+        )
 
     def action_client(self, name: str, type: Any, **options: Any) -> PendingOpen[ActionClient]:
         """A client of an action; arguments as `rosproto.ActionClient`."""
         from rosproto.action import ActionClient as ThreadedClient
 
         node = self._threaded
-        return self._opens(ActionClient, lambda: ThreadedClient(node, name, type, **options))
+        return self._opens(ActionClient, lambda: partial(ThreadedClient, node, name, type, **options))
 
     def action_server(
         self, name: str, type: Any, handler: Callable[[Any], Any], **options: Any
     ) -> PendingOpen[ActionServer]:
         """Provide an action; `handler`, a coroutine function, is called in this loop with each ServerGoal."""
+        from rosproto.action import ActionServer as ThreadedServer
+
         node = self._threaded
-
-        async def open_it() -> ActionServer:
-            from rosproto.action import ActionServer as ThreadedServer
-
-            in_thread = handler_in_loop(handler)
-            server = await self._pool.run(
-                lambda: ThreadedServer(node, name, type, in_thread, **options), dispose=_close
-            )
-            return ActionServer(server, self._pool)
-
-        return PendingOpen(open_it)
+        return self._opens(
+            ActionServer,
+            lambda: partial(ThreadedServer, node, name, type, handler_in_loop(handler), **options),
+        )
 
     async def wait_for_service(self, name: str, timeout: float | None = 10.0) -> None:
         """Wait until the service has a provider.
