@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from rosproto.errors import RosError, RosTimeout
 from rosproto.quaternion import normalized
-from rosproto.tf.transform import Stamped, Transform, nanoseconds
+from rosproto.tf.transform import Transform, nanoseconds
 from rosproto.tf.tree import (
     LONGEST_NAME,
     MOST_FRAMES,
@@ -24,6 +24,7 @@ from rosproto.tf.tree import (
     Sample,
     SeparateTrees,
 )
+from rosproto.time import TVal
 from rosproto.transport.deadline import Deadline
 
 UNIT_TOLERANCE = 1e-2  # as in tf2: the squared length of a rotation may differ by this from 1
@@ -103,7 +104,7 @@ class TransformBuffer:
         self,
         target: str,
         source: str,
-        time: Stamped | float | None = None,
+        time: TVal | float | None = None,
         timeout: float | None = 0.0,
     ) -> Transform:
         """The transform that converts coordinates in `source` to coordinates in `target`.
@@ -131,9 +132,9 @@ class TransformBuffer:
     def lookup_full(
         self,
         target: str,
-        target_time: Stamped | float | None,
+        target_time: TVal | float | None,
         source: str,
-        source_time: Stamped | float | None,
+        source_time: TVal | float | None,
         fixed: str,
         timeout: float | None = 0.0,
     ) -> Transform:
@@ -143,7 +144,7 @@ class TransformBuffer:
         whole = back @ there
         return Transform(whole.target, whole.source, whole.translation, whole.rotation, back.stamp_ns)
 
-    def can_lookup(self, target: str, source: str, time: Stamped | float | None = None) -> bool:
+    def can_lookup(self, target: str, source: str, time: TVal | float | None = None) -> bool:
         """Whether `lookup` would succeed now."""
         try:
             self.lookup(target, source, time)

@@ -6,12 +6,12 @@ Source: REP 103 (units, axes), geometry_msgs/TransformStamped.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from rosproto import quaternion
 from rosproto.codec import message_class
 from rosproto.quaternion import Quaternion, Vector
-from rosproto.time import Time
+from rosproto.time import Time, TVal
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,13 +20,7 @@ if TYPE_CHECKING:
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
-class Stamped(Protocol):
-    """A Time."""
-
-    def to_nsec(self) -> int: ...
-
-
-def nanoseconds(time: Stamped | float | None) -> int:
+def nanoseconds(time: TVal | float | None) -> int:
     """A Time, or seconds, in ns; None is 0."""
     if time is None:
         return 0
@@ -56,14 +50,14 @@ class Transform:
 
     @classmethod
     def planar(
-        cls, target: str, source: str, x: float, y: float, yaw: float, *, stamp: Stamped | float = 0
+        cls, target: str, source: str, x: float, y: float, yaw: float, *, stamp: TVal | float = 0
     ) -> Transform:
         """A pose in the plane: x and y in m, yaw in rad counter-clockwise."""
         return cls(target, source, (x, y, 0.0), quaternion.from_yaw(yaw), nanoseconds(stamp))
 
     @classmethod
     def from_matrix(
-        cls, target: str, source: str, matrix: ArrayLike, *, stamp: Stamped | float = 0
+        cls, target: str, source: str, matrix: ArrayLike, *, stamp: TVal | float = 0
     ) -> Transform:
         """From a homogeneous (4, 4) matrix with an orthonormal rotation part.
 
