@@ -6,12 +6,11 @@ import os
 import shutil
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rosproto.errors import RosError
+from rosproto.errors import RosError, RosTimeout
 from rosproto.selftest.checking import CheckFailed, NotApplicable, expect
 from rosproto.sentence import say
 
@@ -50,24 +49,24 @@ def check_nodes() -> str:
 
 
 def _topic(one: Any, other: Any) -> None:
-    heard: list[bytes] = []
-    came = threading.Event()
-
-    def hear(message: Any) -> None:
-        heard.append(bytes(message.data))
-        came.set()
-
     image = bytes(range(256)) * 4096  # 1 MiB: more than a socket takes at once
     with (
-        other.subscriber("/selftest/data", "std_msgs/UInt8MultiArray", callback=hear),
+        other.subscriber("/selftest/data", "std_msgs/UInt8MultiArray") as messages,
         one.publisher("/selftest/data", "std_msgs/UInt8MultiArray", queue_size=2) as publisher,
     ):
         publisher.wait_for_connection(timeout=_WAIT)
         publisher.publish(data=image)
-        if not came.wait(_WAIT):
-            raise CheckFailed(say("a message did not arrive within {seconds:g} s", seconds=_WAIT))
-    expect("a message of 1 MiB", len(heard[0]), len(image))
-    expect("the message's bytes", heard[0] == image, True)
+        late = say("a message did not arrive within {seconds:g} s", seconds=_WAIT)
+        heard = bytes(_next(messages, _WAIT, late).data)
+    expect("a message of 1 MiB", len(heard), len(image))
+    expect("the message's bytes", heard == image, True)
+
+
+def _next(messages: Any, seconds: float, late: str) -> Any:
+    try:
+        return messages.next(timeout=seconds)
+    except RosTimeout as error:
+        raise CheckFailed(late) from error
 
 
 def _service(one: Any, other: Any) -> None:
@@ -166,15 +165,8 @@ def check_ros() -> str:
 def _talk(uri: str, process: subprocess.Popen[bytes]) -> None:
     from rosproto.node import Node
 
-    heard: list[str] = []
-    came = threading.Event()
-
-    def hear(message: Any) -> None:
-        heard.append(message.data)
-        came.set()
-
     with Node("/selftest_beside", master_uri=uri, host="127.0.0.1", rosout=False) as node:
-        node.subscriber("/selftest/from_ros", "std_msgs/String", callback=hear)
+        messages = node.subscriber("/selftest/from_ros", "std_msgs/String")
         publisher = node.publisher("/selftest/to_ros", "std_msgs/String", latch=True)
         publisher.publish(data="货架")
         try:
@@ -184,9 +176,8 @@ def _talk(uri: str, process: subprocess.Popen[bytes]) -> None:
                 said = process.stderr.read().decode("utf-8", "replace").strip()
                 raise CheckFailed(say("the rospy program ended: {said}", said=said[-300:])) from error
             raise
-        if not came.wait(_PATIENCE):
-            raise CheckFailed(say("rospy's answer did not come within {seconds:g} s", seconds=_PATIENCE))
-        expect("what rospy heard", heard[0], "rospy heard 货架")
+        late = say("rospy's answer did not come within {seconds:g} s", seconds=_PATIENCE)
+        expect("what rospy heard", _next(messages, _PATIENCE, late).data, "rospy heard 货架")
         with node.service_client("/selftest_rospy/get_loggers", "roscpp/GetLoggers") as client:  # each has it
             loggers = client.call(timeout=_PATIENCE).loggers
         expect("rospy's service", "rosout" in [logger.name for logger in loggers], True)
