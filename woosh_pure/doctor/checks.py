@@ -47,6 +47,11 @@ class Finding:
     text: str
     advice: str = ""
 
+    def document(self) -> dict[str, str]:
+        """For JSON, in English."""
+        level = self.level.value.lower()
+        return {"check": self.check, "level": level, "text": str(self.text), "advice": str(self.advice)}
+
 
 def ok(check: str, text: str, **values: Any) -> Finding:
     return Finding(check, Level.OK, say(text, **values))

@@ -93,9 +93,6 @@ def report(
     graph = None
     if state is not None:
         graph = {"topics": types, **{name: getattr(state, name) for name in SystemState._fields}}
-    found = [
-        {"check": f.check, "level": f.level.value.lower(), "text": str(f.text), "advice": str(f.advice or "")}
-        for f in findings
-    ]
+    found = [finding.document() for finding in findings]
     document: dict[str, Any] = redact({"system": system, "findings": found, "graph": graph})
     return {"woosh_report": 1, **document}

@@ -219,15 +219,7 @@ def run_doctor(args: Namespace, out: Output) -> int:
         out.line("no problem was found")
     if args.report is not None:
         out.line("the report is in {path}: look through it before you send it", path=args.report)
-    out.result(
-        {
-            "ok": bad == 0,
-            "findings": [
-                {"check": f.check, "level": f.level.value.lower(), "text": f.text, "advice": f.advice}
-                for f in findings
-            ],
-        }
-    )
+    out.result({"ok": bad == 0, "findings": [finding.document() for finding in findings]})
     return 1 if bad else 0
 
 
@@ -347,8 +339,6 @@ def _execute(text: str, names: dict[str, Any]) -> None:
 
 
 def _names(chassis: Any) -> dict[str, Any]:
-    import math
-
     import woosh_pure
     from woosh_pure import enums
 
