@@ -16,8 +16,7 @@ from rosproto.text import printable
 from .console import print_json
 from .graph_clients import absolute, master_client, unknown
 from .graph_options import add_graph_options
-from .options import folder_exists
-from .pictures import form_of, quoted, svg_page, write_picture
+from .pictures import add_picture_options, form_of, quoted, svg_page, write_picture
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import SystemState
@@ -37,16 +36,8 @@ class Edge(NamedTuple):
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options for format, file and omissions."""
     add_graph_options(parser)
-    parser.add_argument(
-        "--format", choices=("text", "dot", "svg", "png", "pdf"), help="default: text, or by the file's name"
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=folder_exists,
-        metavar="FILE",
-        help="write .svg, .dot or .txt; .png, .pdf by Graphviz",
-    )
+    file = "write .svg, .dot or .txt; .png, .pdf by Graphviz"
+    add_picture_options(parser, "text, or by the file's name", file)
     parser.add_argument("-a", "--all", action="store_true", help="with /rosout, /clock and the like")
     parser.add_argument("--node", metavar="NAME", help="only what this node is part of")
 

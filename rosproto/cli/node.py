@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.text import printable
@@ -93,9 +93,9 @@ def _facts(
     state: SystemState,
     types: dict[str, str],
     arguments: argparse.Namespace,
-) -> dict[str, object]:
+) -> dict[str, Any]:
     uri = _uri(master, name)
-    facts: dict[str, object] = {
+    facts: dict[str, Any] = {
         "name": name,
         "uri": uri,
         "publications": _of(state.publishers, name, types),
@@ -134,31 +134,25 @@ def _same(master: MasterClient, name: str, uri: str) -> bool:
         return False
 
 
-def _print_facts(fact: dict[str, object]) -> None:
+def _print_facts(fact: dict[str, Any]) -> None:
     print(RULE)
     print(f"Node [{fact['name']}]")
     for title, key in (("Publications", "publications"), ("Subscriptions", "subscriptions")):
-        table = fact[key]
-        assert isinstance(table, dict)
-        print(f"{title}: " + ("" if table else "None"))
-        for topic, kind in table.items():
+        print(f"{title}: " + ("" if fact[key] else "None"))
+        for topic, kind in fact[key].items():
             print(f" * {topic} [{'unknown type' if kind == '*' else kind}]")
         print()
-    services = fact["services"]
-    assert isinstance(services, list)
-    print("Services: " + ("" if services else "None"))
-    for service in services:
+    print("Services: " + ("" if fact["services"] else "None"))
+    for service in fact["services"]:
         print(f" * {service}")
     print(f"\n\ncontacting node {fact['uri']} ...")
     if "error" in fact:
         print(f"ERROR: Communication with node[{fact['uri']}] failed! {printable(str(fact['error']))}")
         return
     print(f"Pid: {fact['pid']}")
-    connections = fact["connections"]
-    assert isinstance(connections, list)
-    if connections:
+    if fact["connections"]:
         print("Connections:")
-    for link in connections:
+    for link in fact["connections"]:
         print(f" * topic: {link['topic']}")
         print(f"    * to: {link['peer']}")
         print(f"    * direction: {link['direction']}")

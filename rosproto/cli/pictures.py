@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import shutil
 import subprocess
 from collections.abc import Callable, Iterable, Mapping
@@ -10,11 +11,18 @@ from pathlib import Path
 from rosproto.files import write_file
 
 from .exit_codes import CommandError
+from .options import folder_exists
 
 FORMS = {".dot": "dot", ".gv": "dot", ".svg": "svg", ".txt": "text", ".png": "png", ".pdf": "pdf"}
 """What is written, by the ending of the file."""
 _BY_GRAPHVIZ = ("png", "pdf")
 _PATIENCE = 60.0
+
+
+def add_picture_options(parser: argparse.ArgumentParser, default: str, file: str) -> None:
+    """Add --format and --output, with what their helps say of the default and of the file."""
+    parser.add_argument("--format", choices=("text", "dot", "svg", "png", "pdf"), help=f"default: {default}")
+    parser.add_argument("-o", "--output", type=folder_exists, metavar="FILE", help=file)
 
 
 def form_of(file: Path | None, asked: str | None) -> str:

@@ -21,9 +21,9 @@ from .console import print_json, warn
 from .exit_codes import CommandError
 from .graph_clients import open_node
 from .graph_options import add_verbs
-from .options import count, folder_exists, positive, seconds
+from .options import count, positive, seconds
 from .parser import near
-from .pictures import form_of, quoted, svg_page, write_picture
+from .pictures import add_picture_options, form_of, quoted, svg_page, write_picture
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,16 +63,7 @@ def _echo_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _frames_arguments(parser: argparse.ArgumentParser) -> None:
     _tree_arguments(parser)
-    parser.add_argument(
-        "--format", choices=("text", "dot", "svg", "png", "pdf"), help="default: by the file's name"
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=folder_exists,
-        metavar="FILE",
-        help="where to (default: frames.svg in this folder)",
-    )
+    add_picture_options(parser, "by the file's name", "where to (default: frames.svg in this folder)")
 
 
 def _monitor_arguments(parser: argparse.ArgumentParser) -> None:

@@ -45,7 +45,7 @@ def _common(parser: argparse.ArgumentParser, window: int) -> None:
 
 def run_hz(arguments: argparse.Namespace) -> None:
     """Print the intervals between arrivals every second."""
-    wanted = _filter(arguments)
+    wanted = Expression(arguments.filter) if arguments.filter else None
     windows = _windows(arguments)
 
     def arrived(topic: str, message: Any, now: float) -> None:
@@ -79,7 +79,7 @@ def _figures(found: Statistics | None, what: str) -> dict[str, float] | None:
 
 def run_delay(arguments: argparse.Namespace) -> None:
     """Print arrival time minus header stamp; the clocks must be synchronized."""
-    wanted = _filter(arguments)
+    wanted = Expression(arguments.filter) if arguments.filter else None
     windows = _windows(arguments)
     headless: list[str] = []
 
@@ -123,11 +123,6 @@ def run_bw(arguments: argparse.Namespace) -> None:
                 print(text if len(bandwidths) == 1 else f"{topic}: {text}", flush=True)
 
     _watch(arguments, arrived, report, raw=True)
-
-
-def _filter(arguments: argparse.Namespace) -> Expression | None:
-    """Return the filter of messages."""
-    return Expression(arguments.filter) if arguments.filter else None
 
 
 def _topics(arguments: argparse.Namespace) -> list[str]:
