@@ -43,7 +43,6 @@ def wanted_topics(bag: BagReader, arguments: argparse.Namespace) -> list[str]:
     Raises:
         CommandError: No topic is selected.
     """
-
     patterns = arguments.topics or ["*"]
     chosen = [
         topic
@@ -58,7 +57,6 @@ def wanted_topics(bag: BagReader, arguments: argparse.Namespace) -> list[str]:
 
 def span(bag: BagReader, arguments: argparse.Namespace) -> tuple[Time | None, Time | None]:
     """Return the first and last selected time; None means no limit."""
-
     if bag.start_time is None or (arguments.start is None and arguments.duration is None):
         return None, None
     start = bag.start_time.to_nsec() + round((arguments.start or 0.0) * 1e9)
@@ -257,7 +255,6 @@ def write(
     what: str = "",
 ) -> int:
     """Write messages into a new bag or MCAP file (`create_bag`), and return their number."""
-
     with (
         whole(output),
         create_bag(output, compression, mcap=mcap) as writer,

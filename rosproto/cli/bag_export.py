@@ -160,7 +160,6 @@ def _span_mask(bag: BagReader, arguments: argparse.Namespace, times: Any) -> Any
 
 def _leaves(cls: Any, prefix: str = "") -> list[str]:
     """Return the paths of all leaf fields; arrays of messages have no columns."""
-
     message, found = cls(), []
     for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
         value = getattr(message, name)

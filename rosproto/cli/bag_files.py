@@ -33,7 +33,6 @@ def reader_of(
     Raises:
         BagError: It cannot be opened, or has another format; with `bags_only` also for MCAP.
     """
-
     with Progress(f"opening {path}", quiet=quiet, in_bytes=True) as progress:
         if bags_only:
             return BagReader(path, skip_damaged=skip_damaged, scanning=progress.at)

@@ -57,7 +57,6 @@ def info(arguments: argparse.Namespace) -> None:
 
 
 def _yaml(found: Facts, key: str | None) -> str:
-
     if key is None:
         return yaml(found)
     try:

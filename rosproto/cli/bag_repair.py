@@ -31,7 +31,6 @@ def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:
 
 def reindex(arguments: argparse.Namespace) -> None:
     """Repair each bag in place or as a copy; an .active file gets its final name."""
-
     for path in arguments.bags:
         check_local(path, "rosproto bag fix URL NEW.bag writes a new bag of what is there")
         if arguments.output_dir:
@@ -85,7 +84,6 @@ def add_fix_arguments(parser: argparse.ArgumentParser) -> None:
 
 def fix(arguments: argparse.Namespace) -> None:
     """Write every readable message into a new bag."""
-
     check_new([arguments.output], arguments.bag)
     with whole(arguments.output), Progress(f"opening {arguments.bag}", in_bytes=True) as progress:
         report = recover(
@@ -133,7 +131,6 @@ def check(arguments: argparse.Namespace) -> int:
 
 def problems_of(bag: BagReader, *, quiet: bool = True) -> list[str]:
     """Read and decode a whole bag, and return a sentence for each problem."""
-
     problems: list[str] = []
     classes = {number: cls for number in bag.connections if (cls := _class_of(bag, number, problems))}
     known = [bag.connections[number] for number in classes]
@@ -166,7 +163,6 @@ def _class_of(bag: BagReader, number: int, problems: list[str]) -> type[Message]
 
 def _notes(bag: BagReader) -> list[str]:
     """Return notes without damage: stored definitions that differ from the present ones."""
-
     notes = []
     for kind, md5sum in sorted({(c.type, c.md5sum) for c in bag.connections.values()}):
         try:

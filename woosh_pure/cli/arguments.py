@@ -60,7 +60,6 @@ def each_chassis(args: argparse.Namespace) -> list[tuple[str, str]]:
 
 def pose(values: Sequence[float]) -> Pose2D:
     """Return a pose in the map from X (m), Y (m) and yaw (degrees)."""
-
     x, y, degrees = values
     return Pose2D(x, y, normalize_angle(math.radians(degrees)))
 

@@ -149,7 +149,6 @@ class _Marks:
         self._looked = 0.0
 
     def __call__(self) -> Sequence[UserMark]:
-
         now = time.monotonic()
         if now - self._looked >= 1.0:
             self._looked = now

@@ -102,7 +102,11 @@ def run_scan(args: Namespace, out: Output) -> None:
             "nearest_distance": nearest and nearest[0],
             "nearest_degrees": nearest and nearest[1],
             "frame": scan.frame,
-            **_scan_document(scan),
+            "angle_min": scan.angle_min,
+            "angle_increment": scan.angle_increment,
+            "range_min": scan.range_min,
+            "range_max": scan.range_max,
+            "ranges": scan.ranges,
         }
     )
 
@@ -159,16 +163,6 @@ def _draw_scan(chassis: Chassis, scan: LaserScan, args: Namespace, out: Output) 
     with out.working("fetching the map"):
         grid = chassis.get_map()
     return chart_png(grid, out, pose=pose, scan=scan_in_map(chassis, scan, pose))
-
-
-def _scan_document(scan: LaserScan) -> dict[str, object]:
-    return {
-        "angle_min": scan.angle_min,
-        "angle_increment": scan.angle_increment,
-        "range_min": scan.range_min,
-        "range_max": scan.range_max,
-        "ranges": scan.ranges,
-    }
 
 
 def add_camera(parser: ArgumentParser) -> None:

@@ -148,7 +148,6 @@ def run_task(args: Namespace, out: Output) -> int:
 
 
 def _task_command(chassis: Chassis, args: Namespace, out: Output) -> int:
-    from rosproto.errors import RosTimeout
     from woosh_pure.values.messages import service_type
 
     task_id = args.id

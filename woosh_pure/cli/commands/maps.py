@@ -132,7 +132,6 @@ def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
 
 
 def _set_map(args: Namespace, out: Output) -> None:
-
     grid = GridMap.load(args.file)
     with connect(args, out) as chassis, out.working("sending the map"):
         chassis.set_map(grid, pose(args.pose) if args.pose else None)

@@ -173,7 +173,6 @@ def run_footprint(args: Namespace, out: Output) -> None:
 
 
 def _footprint_shape(args: Namespace) -> Footprint:
-
     if args.rectangle:
         return Footprint.rectangle(*args.rectangle)
     if args.circle is not None:

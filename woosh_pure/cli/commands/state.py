@@ -296,7 +296,6 @@ def as_json(readiness: Readiness) -> bool | None:
 
 def readiness_of(chassis: Chassis) -> Readiness:
     """Return `Chassis.readiness()`, but no without a chassis: scripts would read "unknown" as yes."""
-
     found = chassis.readiness()
     if not is_there(chassis):
         key = ReasonKey.UNREACHABLE if chassis.status.unreachable else ReasonKey.NO_CHASSIS
