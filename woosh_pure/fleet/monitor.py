@@ -194,10 +194,9 @@ class EdgeSpeedMonitor:
         self._began = 0.0
         self._above_since: float | None = None
 
-    @property
-    def above_limit(self) -> bool:
-        """Whether the last check found the speed above the limit."""
-        return self._above_since is not None
+    def must_check(self, drive: Drive | None, velocity: tuple[float, float, float] | None) -> bool:
+        """Whether the speed is above the limit, or was at the last check."""
+        return self._above_since is not None or speed_above_limit(drive, velocity) > 0.0
 
     def drive_began(self, now: float) -> None:
         """Start the time in which the robot may slow down; `now` is monotonic."""

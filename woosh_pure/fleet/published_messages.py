@@ -48,23 +48,25 @@ class MessageHeaders:
             self._next[topic] = (number + 1) % _HEADER_IDS
         return {"headerId": number, "timestamp": timestamp(time.time()), **self._fixed}
 
+    def connection_message(self, state: str) -> dict[str, Any]:
+        """The connection message for a state, such as "ONLINE"."""
+        return {**self.header("connection"), "connectionState": state}
+
 
 # -- state and visualization: from the order and the data of the chassis -------------------------------------
 
 
-def _position(facts: ChassisFacts) -> dict[str, Any] | None:
-    if facts.position is None:
-        return None
-    return {
-        "x": facts.position.x, "y": facts.position.y, "theta": facts.position.theta, "mapId": facts.map_id,
-        "positionInitialized": facts.located and not facts.lost,
-    }  # fmt: skip
-
-
-def _velocity(facts: ChassisFacts) -> dict[str, Any] | None:
-    if facts.velocity is None:
-        return None
-    return dict(zip(("vx", "vy", "omega"), facts.velocity, strict=True))
+def _position_and_velocity(facts: ChassisFacts) -> dict[str, Any]:
+    """The fields agvPosition and velocity, as far as they are known."""
+    found: dict[str, Any] = {}
+    if facts.position is not None:
+        found["agvPosition"] = {
+            "x": facts.position.x, "y": facts.position.y, "theta": facts.position.theta,
+            "mapId": facts.map_id, "positionInitialized": facts.located and not facts.lost,
+        }  # fmt: skip
+    if facts.velocity is not None:
+        found["velocity"] = dict(zip(("vx", "vy", "omega"), facts.velocity, strict=True))
+    return found
 
 
 def _node_state(node: Node) -> dict[str, Any]:
@@ -124,10 +126,8 @@ def state_message(
         "safetyState": {
             "eStop": "MANUAL" if facts.emergency_stop else "NONE", "fieldViolation": facts.bumper,
         },
+        **_position_and_velocity(facts),
     }  # fmt: skip
-    for key, value in (("agvPosition", _position(facts)), ("velocity", _velocity(facts))):
-        if value is not None:
-            message[key] = value
     if facts.zone_set:
         message["zoneSetId"] = facts.zone_set
     if facts.loads is not None:
@@ -146,11 +146,7 @@ def _battery(facts: ChassisFacts) -> dict[str, Any]:
 
 def visualization_message(facts: ChassisFacts, header: dict[str, Any]) -> dict[str, Any]:
     """Pose and velocity for displays."""
-    message = dict(header)
-    for key, value in (("agvPosition", _position(facts)), ("velocity", _velocity(facts))):
-        if value is not None:
-            message[key] = value
-    return message
+    return header | _position_and_velocity(facts)
 
 
 # -- the factsheet -------------------------------------------------------------------------------------------

@@ -29,13 +29,7 @@ from woosh_pure.fleet.drive_runner import DriveRunner, DrivingLease
 from woosh_pure.fleet.inbox import Inbox, InboxContents, Message, MessageKind
 from woosh_pure.fleet.messages.elements import Order
 from woosh_pure.fleet.messages.parsing import Invalid, check_header, parse, read_instant_actions, read_order
-from woosh_pure.fleet.monitor import (
-    SILENT_AFTER,
-    ChassisMonitor,
-    EdgeSpeedMonitor,
-    navigation_footprint,
-    speed_above_limit,
-)
+from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor, EdgeSpeedMonitor, navigation_footprint
 from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event
@@ -108,11 +102,11 @@ class Vehicle:
         self._due = self._inbox.due
         self._order = PersistentOrder(self.limits, store, config.prefix)
         self._store = store
-        self._headers = MessageHeaders(config.version, config.manufacturer, config.serial)
+        headers = MessageHeaders(config.version, config.manufacturer, config.serial)
         self._connection = BrokerConnection(
-            broker, config.prefix, self._connection_message, self._on_message, self._on_connected
+            broker, config.prefix, headers.connection_message, self._on_message, self._on_connected
         )
-        self._publisher = MessagePublisher(config, self._connection, self._headers, self._journal)
+        self._publisher = MessagePublisher(config, self._connection, headers, self._journal)
         self._monitor = ChassisMonitor(chassis, self.facts, self._on_motion, self._on_path, self._inbox.flag)
         self._driver = DriveRunner(
             chassis, self._inbox.report, lambda: self.facts.position, marks=config.marks
@@ -127,7 +121,7 @@ class Vehicle:
             events.PublishState: lambda effect: self._publish_after_event(),
             events.Drive: self._drive,
             events.BeginAction: self._actions.begin,
-            events.ScheduleRetry: self._retry_after,
+            events.ScheduleRetry: lambda effect: self._due.update(retry=time.monotonic() + effect.after),
             events.PublishFactsheet: lambda effect: self._publish_factsheet(),
         }
         self._thread: threading.Thread | None = None
@@ -190,8 +184,10 @@ class Vehicle:
         thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             thread.join(_END_SECONDS)
-            if not thread.is_alive():
-                self._end_order()
+            if not thread.is_alive():  # drives and actions are being ended already
+                self._actions.join(_ACTIONS_SECONDS)
+                self._apply(events.ShutDown("the vehicle's software was ended in order"))
+                self._write()
         self._end_lease()
         self._lease.release()
         self._monitor.close()
@@ -208,12 +204,6 @@ class Vehicle:
             raise
         except OSError as error:
             _log.warning("! %s: %s cannot be locked: %s", self.config.prefix, self._store, error)
-
-    def _end_order(self) -> None:
-        """End the order after the thread has ended; drives and actions are being ended already."""
-        self._actions.join(_ACTIONS_SECONDS)
-        self._apply(events.ShutDown("the vehicle's software was ended in order"))
-        self._write()
 
     @property
     def connected(self) -> bool:
@@ -265,14 +255,12 @@ class Vehicle:
         """Called ten times a second for each robot; wakes the vehicle's thread only if the order may be
         affected."""
         facts, state = self.facts, self._order.state
-        news = facts.lost or not facts.located or facts.moving != self._moving or self._edge_speed.above_limit
+        news = facts.lost or not facts.located or facts.moving != self._moving
         if state.drive is None:
             news = news or self._stands() is not state.standing
-        else:
-            at_node = within_deviation(facts.position, state.drive.node, self.limits)
-            passes = at_node and goes_on_from(state, state.drive.node)
-            news = news or passes or speed_above_limit(state.drive, facts.velocity) > 0.0
-        if news:
+        elif within_deviation(facts.position, state.drive.node, self.limits):
+            news = news or goes_on_from(state, state.drive.node)
+        if news or self._edge_speed.must_check(state.drive, facts.velocity):
             self._inbox.flag("motion")
 
     def _stands(self) -> bool:
@@ -465,9 +453,6 @@ class Vehicle:
         self._edge_speed.drive_began(time.monotonic())
         self._driver.drive(effect)
 
-    def _retry_after(self, effect: events.ScheduleRetry) -> None:
-        self._due["retry"] = time.monotonic() + effect.after
-
     def _busy(self) -> bool:
         """Whether a state may be published later: a stop waits, or several messages wait."""
         if not self._inbox.waiting_messages:
@@ -496,9 +481,6 @@ class Vehicle:
         return name
 
     # -- publishing ------------------------------------------------------------------------------------------
-
-    def _connection_message(self, state: str) -> dict[str, Any]:
-        return {**self._headers.header("connection"), "connectionState": state}
 
     def _publish_state(self) -> None:
         self._due["state"] = time.monotonic() + STATE_EVERY

@@ -41,7 +41,7 @@ def test_a_robot_has_time_to_slow_down_at_the_start_of_a_drive() -> None:
     monitor, fast = EdgeSpeedMonitor(), (0.8, 0.0, 0.0)
     monitor.drive_began(100.0)
     assert [monitor.check(drive(), fast, now) for now in (100.1, 102.0, 102.2)] == [None] * 3
-    assert monitor.above_limit
+    assert monitor.must_check(drive(), (0.0, 0.0, 0.0))
     assert monitor.check(drive(), fast, 102.4) == (
         "it drove at 0.80 m/s, and edge ab allows 0.5 m/s; it is halted"
     )
@@ -56,4 +56,5 @@ def test_a_robot_that_slows_down_in_time_is_not_reported() -> None:
     ]
     assert found == [None] * 5
     assert monitor.check(drive(), slow, 110.7) is None
-    assert not monitor.above_limit
+    assert not monitor.must_check(drive(), slow)
+    assert monitor.must_check(drive(), fast)
