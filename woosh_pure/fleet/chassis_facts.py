@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Node
@@ -76,7 +76,7 @@ class ChassisFacts:
     map_id: str = ""
     zone_set: str = ""
     path: tuple[tuple[float, float], ...] = ()
-    information: tuple[tuple[str, str], ...] = field(default_factory=tuple)
+    information: tuple[tuple[str, str], ...] = ()
 
     @property
     def alarms(self) -> tuple[object, ...]:

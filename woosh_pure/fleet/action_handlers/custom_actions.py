@@ -116,12 +116,12 @@ class Triggers:
     """The waitForTrigger actions that wait for `Vehicle.trigger`."""
 
     def __init__(self) -> None:
-        self._changed = threading.Condition()
+        self._lock = threading.Lock()
         self._waiting: list[tuple[str, threading.Event]] = []
 
     def fire(self, name: str) -> int:
         """End all waits for a trigger; return their number."""
-        with self._changed:
+        with self._lock:
             gone = [event for waits_for, event in self._waiting if waits_for == name]
         for event in gone:
             event.set()
@@ -130,14 +130,14 @@ class Triggers:
     def wait(self, name: str, task: Task) -> None:
         """Wait until a trigger is fired, or the action is cancelled."""
         entry = (name, threading.Event())
-        with self._changed:
+        with self._lock:
             self._waiting.append(entry)
         try:
             while not entry[1].wait(0.05):
                 if task.cancelled.is_set():
                     raise ChassisError("it was cancelled")
         finally:
-            with self._changed:
+            with self._lock:
                 self._waiting.remove(entry)
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, Order
 from woosh_pure.fleet.messages.parsing import Invalid
-from woosh_pure.fleet.order.action_states import Scope
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.tables import ActionStatus
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
@@ -189,7 +188,6 @@ class BeginAction:
     """Begin an action; ends with an `ActionEnded`."""
 
     action: Action
-    scope: Scope = field(default=Scope.INSTANT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -273,7 +273,7 @@ class Transition:
         self.set_action(waiting.action.id, ActionStatus.RUNNING)
         if self.state.moves(waiting):
             self.change_motion(MotionEvent.MOVED)
-        self.request(BeginAction(waiting.action, waiting.scope))
+        self.request(BeginAction(waiting.action))
 
     def set_action(self, action_id: str, status: ActionStatus, result: str = "") -> None:
         """Set the status of an action; its result is kept if none is given."""
