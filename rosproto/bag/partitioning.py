@@ -20,6 +20,7 @@ from rosproto.bag.opening import open_bag
 from rosproto.bag.reader import BagReader
 from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.bag.remote import is_remote, remote_files
+from rosproto.bag.unindexed_scan import BagIndex
 from rosproto.errors import BagError
 
 Damaged = Literal["raise", "skip"]
@@ -93,13 +94,13 @@ def partitions(
 
     Args:
         files: Bags and MCAP files, folders of them, patterns such as "runs/*.bag", and URLs of all three that
-                fsspec supports (extra `remote`); one or several.
-            topics: Only these; None for all. Each piece has one topic.
-            size: Bytes in the file at which a piece is complete; a chunk is never split.
-            fields: Fields to read; see `BagReader.to_arrow`.
-            damaged: "raise" at a damaged chunk, or "skip" it. With "skip", a file from a folder or pattern
-                that is no recording is left out with a warning in the log.
-            limits: Limits for reading each file.
+            fsspec supports (extra `remote`); one or several.
+        topics: Only these; None for all. Each piece has one topic.
+        size: Bytes in the file at which a piece is complete; a chunk is never split.
+        fields: Fields to read; see `BagReader.to_arrow`.
+        damaged: "raise" at a damaged chunk, or "skip" it. With "skip", a file from a folder or pattern
+            that is no recording is left out with a warning in the log.
+        limits: Limits for reading each file.
 
     Raises:
         BagError: A file cannot be opened or is no recording; nothing is named or matches; none has these
@@ -161,7 +162,7 @@ def _pieces(
     loose = tuple(bag._loose) if isinstance(bag, McapReader) else None
     group: list[ChunkInfo] = []
     spans: list[int] = []
-    ends = _ends(bag)
+    span_of = bag._spans or BagIndex(chunks=[*bag.chunks], end=bag.size).spans()
 
     def piece() -> Partition:
         count = sum(c.counts.get(number, 0) for c in group for number in numbers)
@@ -182,20 +183,12 @@ def _pieces(
         if numbers.isdisjoint(number for number, count in chunk.counts.items() if count):
             continue
         group.append(chunk)
-        spans.append(ends[chunk.pos] - chunk.pos)
+        spans.append(span_of[chunk.pos])
         if sum(spans) >= size:
             yield piece()
             group, spans = [], []
     if group:
         yield piece()
-
-
-def _ends(bag: BagReader) -> dict[int, int]:
-    """The end of each chunk, with its index records."""
-    if bag._spans:
-        return {pos: pos + span for pos, span in bag._spans.items()}
-    positions = [chunk.pos for chunk in bag.chunks]
-    return dict(zip(positions, [*positions[1:], bag.size], strict=True))
 
 
 # -- files -------------------------------------------------------------------------------------------------

@@ -268,20 +268,23 @@ class BagReader(TimeOrderedReader):
         return 1.0 / period if period > 0 else None
 
     def compression(self, *, step: Callable[[], None] | None = None) -> dict[str, Compression]:
-        """How the chunks are compressed, by "none", "bz2" and "lz4"; reads their headers.
+        """How the chunks are compressed, by "none", "bz2", "lz4" and "zstd"; reads a bag's chunk headers.
 
         `step` is called after each chunk.
         """
         kinds: dict[str, Compression] = {}
         for info in self.chunks:
-            head, stored = chunk_header(self._source, info)
-            was = kinds.get(head.compression, Compression(0, 0, 0))
-            kinds[head.compression] = Compression(
-                was.chunks + 1, was.stored_bytes + stored, was.plain_bytes + (head.size or stored)
-            )
+            name, stored, plain = self._compression_of(info)
+            was = kinds.get(name, Compression(0, 0, 0))
+            kinds[name] = Compression(was.chunks + 1, was.stored_bytes + stored, was.plain_bytes + plain)
             if step is not None:
                 step()
         return kinds
+
+    def _compression_of(self, info: ChunkInfo) -> tuple[str, int, int]:
+        """A chunk's compression, its bytes in the file and uncompressed."""
+        head, stored = chunk_header(self._source, info)
+        return head.compression, stored, head.size or stored
 
     def message_class(self, which: str | Connection) -> type[Message]:
         """The class that messages of a topic (its first connection) or of a connection are decoded to.

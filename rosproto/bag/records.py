@@ -17,6 +17,7 @@ Source: wiki.ros.org/Bags/Format/2.0; rosbag/bag.py and rosbag_storage/bag.cpp w
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from struct import Struct, error
@@ -329,8 +330,7 @@ def encode_contents(connections: Iterable[Connection], chunks: Iterable[ChunkInf
 
 def total_counts(chunks: Iterable[ChunkInfo]) -> dict[int, int]:
     """Messages by connection id over all chunks."""
-    totals: dict[int, int] = {}
+    totals: Counter[int] = Counter()
     for chunk in chunks:
-        for connection_id, count in chunk.counts.items():
-            totals[connection_id] = totals.get(connection_id, 0) + count
+        totals.update(chunk.counts)
     return totals

@@ -117,7 +117,6 @@ class _RangeFile(io.RawIOBase):
     Attributes:
         far: True: each read takes a round trip, so few large reads are better than many exact ones.
         name: The URL.
-        fetched: Bytes fetched so far.
     """
 
     far = True
@@ -128,7 +127,6 @@ class _RangeFile(io.RawIOBase):
         self._size = size
         self._at = 0
         self._held, self._held_at = b"", 0
-        self.fetched = 0
 
     def readable(self) -> bool:
         return True
@@ -164,7 +162,6 @@ class _RangeFile(io.RawIOBase):
             data = bytes(self._file.read(count))
         except Exception as problem:
             raise OSError(errno.EIO, f"{_why(problem)}") from problem
-        self.fetched += len(data)
         if len(data) != count:
             raise OSError(errno.EIO, f"its server gave {len(data)} bytes where {count} were asked for")
         return data

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections import Counter
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.mcap.chunks import LOOSE, BoundedStream, library, messages_of, misfits, read_mcap_chunk
-from rosproto.bag.reader import BagReader, Compression
+from rosproto.bag.reader import BagReader
 from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.errors import BagError, DefinitionError
 
@@ -50,19 +51,10 @@ class McapReader(BagReader):
     def _index_times(self, info: ChunkInfo, wanted: Collection[int]) -> NDArray[np.int64] | None:
         return None  # from the messages themselves
 
-    def compression(self, *, step: Callable[[], None] | None = None) -> dict[str, Compression]:
-        """How the chunks are compressed, by "none", "lz4" and "zstd"; known from opening."""
-        kinds: dict[str, Compression] = {}
-        for info in self.chunks:
-            # Messages outside of chunks have no such sizes.
-            name, stored, plain = self._packed.get(info.pos, ("", 0, 0))
-            was = kinds.get(name or "none", Compression(0, 0, 0))
-            kinds[name or "none"] = Compression(
-                was.chunks + 1, was.stored_bytes + stored, was.plain_bytes + plain
-            )
-            if step is not None:
-                step()
-        return kinds
+    def _compression_of(self, info: ChunkInfo) -> tuple[str, int, int]:
+        # Messages outside of chunks have no such sizes.
+        name, stored, plain = self._packed.get(info.pos, ("", 0, 0))
+        return name or "none", stored, plain
 
     def _read_chunk(self, info: ChunkInfo, most: int | None = None) -> ChunkData:
         return read_mcap_chunk(self._source, info, info.pos in self._loose)
@@ -261,9 +253,7 @@ class _Scan:
                 f"{len(messages) - len(known)} messages at byte {at} are of channels that are not described"
             )
         if known:
-            counts: dict[int, int] = {}
-            for message in known:
-                counts[message.channel_id] = counts.get(message.channel_id, 0) + 1
+            counts = dict(Counter([message.channel_id for message in known]))
             times = [message.log_time for message in known]
             self._found.chunks.append(ChunkInfo(at, min(times), max(times), counts))
 

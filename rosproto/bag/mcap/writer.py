@@ -113,7 +113,7 @@ class McapWriter:
         header: Mapping[str, str] | None = None,
     ) -> None:
         """Add a message; see `BagWriter.write`."""
-        if isinstance(topic, str) is False or not topic:
+        if not isinstance(topic, str) or not topic:
             raise ValueError(f"topic {topic!r}: a name such as /odom is needed")
         secs, nsecs = seconds_and_rest(time.time() if t is None else t)
         stamp = int(secs) * NS + int(nsecs)
