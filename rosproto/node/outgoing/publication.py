@@ -385,37 +385,31 @@ class Publication:
         if revised:
             self._encoder.check_class(message)
         if links or handle.latch:
-            self._send(links, handle, message)
-        if revised:
-            self._send_converted(message)
-
-    def _send(self, links: tuple[OutgoingLink, ...], handle: PublisherHandle, message: Any) -> None:
-        now = perf_counter()
-        self._burst = self._burst + 1 if now - self._returned < BURST_GAP else 0
-        frame: Frame
-        if type(message) is self._plain_class:
-            body = self._plain_encode(message)
-            frame = prefix(len(body)) + body
-        else:
-            frame = self._encoder.frame(message)
-        if handle.latch:
-            links = self._latch(handle, frame)
-        if type(frame) is bytes:
-            if self._burst > BURST_LENGTH:
+            now = perf_counter()
+            self._burst = self._burst + 1 if now - self._returned < BURST_GAP else 0
+            frame: Frame
+            if type(message) is self._plain_class:
+                body = self._plain_encode(message)
+                frame = prefix(len(body)) + body
+            else:
+                frame = self._encoder.frame(message)
+            if handle.latch:
+                links = self._latch(handle, frame)
+            waited = True
+            if type(frame) is not bytes:
+                assert isinstance(frame, LargeFrame)
+                for link in links:
+                    link.send_large(frame)
+            elif self._burst > BURST_LENGTH:
                 waited = len(links) > 4
                 for link in links:
                     waited |= link.send_soon(frame, now)
-                if not waited:  # saves reading the clock again
-                    self._returned = now
-                    return
             else:
                 for link in links:
                     link.send(frame)
-        else:
-            assert isinstance(frame, LargeFrame)
-            for link in links:
-                link.send_large(frame)
-        self._returned = perf_counter()
+            self._returned = perf_counter() if waited else now  # saves reading the clock again
+        if revised:
+            self._send_converted(message)
 
     def _send_converted(self, message: Any) -> None:
         """Send a message to the subscribers of other revisions."""
