@@ -94,9 +94,8 @@ class Motion:
         self.replaced_by = ""
         self.let_go: float | None = None
         self._events: list[Event] = []
-        self._untold: queue.SimpleQueue[None] = (
-            queue.SimpleQueue()
-        )  # holds one item; taking it permits reporting the outcome
+        # Holds one item; taking it permits reporting the outcome.
+        self._untold: queue.SimpleQueue[None] = queue.SimpleQueue()
         self._untold.put(None)
         self._time_up = ""  # text of the outcome when the limit of a wait has passed
         self._began = time.monotonic()
@@ -189,22 +188,12 @@ class Motion:
 
         Otherwise a goal could be under way without a handle to cancel it.
         """
-        result: list[R] = []
-        error: list[BaseException] = []
-
-        def work() -> None:
-            try:
-                result.append(send())
-            except BaseException as problem:
-                error.append(problem)
-
-        self._sending = threading.Thread(target=work, name="woosh:send", daemon=True)
+        job = Job(send, math.inf)
+        self._sending = threading.Thread(target=job.run, name="woosh:send", daemon=True)
         self._sending.start()
         while self._sending.is_alive():
             self._sending.join(SLICE)
-        if error:
-            raise error[0]
-        return result[0]
+        return job.result()
 
     @property
     def being_sent(self) -> bool:
