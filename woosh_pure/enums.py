@@ -85,6 +85,11 @@ class TaskState(_OpenIntEnum):
         """True when the task is over, with any outcome."""
         return self in (TaskState.COMPLETED, TaskState.CANCELLED, TaskState.FAILED)
 
+    @property
+    def is_under_way(self) -> bool:
+        """True while the task runs, is paused, or waits."""
+        return self in (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+
 
 class ActionType(_OpenIntEnum):
     """RobotStatus.action_type: what the task is doing just now."""

@@ -27,7 +27,6 @@ _ENDS = {
     TaskState.CANCELLED: OutcomeKind.CANCELLED,
     TaskState.FAILED: OutcomeKind.FAILED,
 }
-_UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
 
 def new_task_id() -> int:
@@ -82,7 +81,7 @@ class TaskTracker:
             return
         if status.task_id == self.task_id:
             self._own(status)
-        elif self.seen and status.task_state in _UNDER_WAY:
+        elif self.seen and status.task_state.is_under_way:
             text = say("task {id} took over", id=status.task_id)
             self.ending = TaskEnd(OutcomeKind.REPLACED, int(status.task_state), text)
         elif self.seen and status.task_id == 0 and status.task_state is TaskState.UNDEFINED:

@@ -115,7 +115,7 @@ class TaskMachine:
     @property
     def busy(self) -> bool:
         """True while a task is under way, paused or waiting."""
-        return self.state in (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+        return self.state.is_under_way
 
     def request(self, request: TaskRequest) -> TaskReply:
         """Answer a call of /exec_task."""

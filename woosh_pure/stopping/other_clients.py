@@ -24,7 +24,7 @@ from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
 from woosh_pure.connection.velocity_topics import VelocityTopics
-from woosh_pure.enums import TaskCommand, TaskState
+from woosh_pure.enums import TaskCommand
 from woosh_pure.feed.feeds import Feeds
 from woosh_pure.interface.table import actions
 from woosh_pure.stopping.active_motions import ActiveMotions
@@ -40,7 +40,6 @@ _LEAST = 1.0
 _LOOK_AGAIN, _LONGER = 0.5, 10.0
 _FIRST_STATUS = 1.0  # seconds: a server sends its status 5 times a second
 _HAD_A_GOAL = (0, 1, 2, 6, 7, 8)  # of actionlib_msgs/GoalStatus: pending, active, and cancelled ones
-_UNDER_WAY = (TaskState.RUNNING, TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
 
 class StopParts(Protocol):
@@ -216,7 +215,7 @@ def _cancel_task(run: StopRun) -> None:
         status = components.feeds.get("status").latest
     except RosError:
         status = None
-    if status is not None and status.task_state not in _UNDER_WAY:
+    if status is not None and not status.task_state.is_under_way:
         return
     if run.registrations.lacks_service("/exec_task"):
         run.registrations.miss("/exec_task")
