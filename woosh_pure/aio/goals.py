@@ -106,9 +106,8 @@ class GoalHandle(Generic[P]):
             newest.put(known)
         try:
             while True:
-                if (
-                    not len(newest) and self.handle.done and not len(newest)
-                ):  # progress from before the end is still yielded
+                # Progress from before the end is still yielded.
+                if not len(newest) and self.handle.done and not len(newest):
                     return
                 try:
                     report = await newest.get(_LOOK_AGAIN)

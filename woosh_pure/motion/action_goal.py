@@ -293,10 +293,8 @@ class StepHandle(ActionHandle):
         self._first = 0  # index of the first of `_steps` in the original goal
         self._count = len(steps)
         self._avoid = avoid
-        self._place = (
-            0,
-            0.0,
-        )  # index and percent of the step under way; one value, so that no lock is needed
+        # Index and percent of the step under way; one value, so that no lock is needed.
+        self._place = (0, 0.0)
         self._done_before = 0.0  # percent of the whole that was done before the last resume
         self._paused = False
 

@@ -17,11 +17,8 @@ from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.sim.body import Body, integrate
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
-from woosh_pure.sim.planner import Planner
+from woosh_pure.sim.planner import Obstacle, Planner
 from woosh_pure.sim.settings import Settings
-
-Obstacle = tuple[float, float, float]
-"""A round obstacle: x, y, radius in m in the map."""
 
 _SIGHT = 4.0  # m
 
@@ -166,9 +163,8 @@ class Avoidance:
             return wanted, False
         if not self._world.body.velocity.is_standing(0.01, math.inf):
             return Velocity(), True
-        if (
-            isinstance(motion, PathMotion) and abs(wanted.wz) < 0.1
-        ):  # it has turned, and there is no room ahead
+        if isinstance(motion, PathMotion) and abs(wanted.wz) < 0.1:
+            # It has turned, and there is no room ahead.
             self._find_another_way(motion, dt)
         return Velocity(0.0, 0.0, wanted.wz), False
 

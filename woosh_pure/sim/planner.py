@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+Obstacle = tuple[float, float, float]
+"""A round obstacle: x, y, radius in m in the map."""
 _Cell = tuple[int, int]
 _NEIGHBOURS = [(-1, 0, 1.0), (1, 0, 1.0), (0, -1, 1.0), (0, 1, 1.0)] + [
     (a, b, math.sqrt(2.0)) for a in (-1, 1) for b in (-1, 1)
@@ -45,7 +47,7 @@ class Planner:
         self,
         start: Pose2D,
         goal: Pose2D,
-        obstacles: Iterable[tuple[float, float, float]] = (),
+        obstacles: Iterable[Obstacle] = (),
         tolerance: float = 0.0,
     ) -> list[Pose2D] | None:
         """Way points from `start` to `goal` (both included); None if there is no path.
@@ -70,7 +72,7 @@ class Planner:
         cell = self._nearest_free(self._static, self._cell(Pose2D(x, y)), within)
         return None if cell is None else self._point(cell)
 
-    def is_free(self, x: float, y: float, obstacles: Iterable[tuple[float, float, float]] = ()) -> bool:
+    def is_free(self, x: float, y: float, obstacles: Iterable[Obstacle] = ()) -> bool:
         """Whether a place is free for the robot's centre."""
         cell = self._cell(Pose2D(x, y))
         blocked = self._with(obstacles)
@@ -89,9 +91,7 @@ class Planner:
                 np.logical_or(out, near, out=out)
         return out
 
-    def _with(
-        self, obstacles: Iterable[tuple[float, float, float]], *, touching: bool = False
-    ) -> NDArray[np.bool_]:
+    def _with(self, obstacles: Iterable[Obstacle], *, touching: bool = False) -> NDArray[np.bool_]:
         given = blocked = self._touching if touching else self._static
         own = self._body if touching else self._radius
         for x, y, radius in obstacles:
@@ -224,12 +224,8 @@ class Costmap:
         self._grid, self._radius = grid, radius
         self._walls: NDArray[np.int8] | None = None
 
-    def with_obstacles(self, obstacles: Iterable[tuple[float, float, float]]) -> GridMap:
-        """Costs: 100 at an obstacle, 99 where the robot would touch it, less with distance.
-
-        Args:
-            obstacles: Round obstacles: x, y, radius in m in the map.
-        """
+    def with_obstacles(self, obstacles: Iterable[Obstacle]) -> GridMap:
+        """Costs: 100 at an obstacle, 99 where the robot would touch it, less with distance."""
         if self._walls is None:
             self._walls = self._costs()
         cells = self._walls.copy()

@@ -14,6 +14,7 @@ import numpy as np
 
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.sim.planner import Obstacle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,7 +25,7 @@ def cast(
     pose: Pose2D,
     angles: NDArray[np.float64],
     most: float,
-    obstacles: Sequence[tuple[float, float, float]] = (),
+    obstacles: Sequence[Obstacle] = (),
 ) -> NDArray[np.float32]:
     """Distances along rays.
 
@@ -33,7 +34,7 @@ def cast(
         pose: Pose of the lidar in the map.
         angles: (N,) rad relative to the pose.
         most: Longest range in m; inf for rays that hit nothing.
-        obstacles: Circles (x, y, radius) in m.
+        obstacles: Circles.
 
     Returns:
         (N,) float32 ranges in m, a new array.
@@ -88,9 +89,7 @@ _COLUMNS = (np.arange(_WIDTH) - (_WIDTH - 1) / 2.0)[None, :] / _FOCAL
 _ROWS = (np.arange(_HEIGHT) - (_HEIGHT - 1) / 2.0)[:, None] / _FOCAL
 
 
-def _metres(
-    grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]]
-) -> NDArray[np.float64]:
+def _metres(grid: GridMap, pose: Pose2D, obstacles: Sequence[Obstacle]) -> NDArray[np.float64]:
     """(height, width) depth along z in m; 0 where nothing is in range."""
     angles = -np.arctan(_COLUMNS[0])
     wall = cast(grid, pose, angles, _MOST_DEPTH, obstacles).astype(np.float64) * np.cos(angles)
@@ -106,16 +105,12 @@ def _is_floor(depth: NDArray[np.float64]) -> NDArray[np.bool_]:
     return floor
 
 
-def camera_depth(
-    grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]] = ()
-) -> NDArray[np.uint16]:
+def camera_depth(grid: GridMap, pose: Pose2D, obstacles: Sequence[Obstacle] = ()) -> NDArray[np.uint16]:
     """(height, width) uint16 mm; 0 where nothing was measured."""
     return (_metres(grid, pose, obstacles) * 1000.0).astype(np.uint16)
 
 
-def camera_picture(
-    grid: GridMap, pose: Pose2D, obstacles: Sequence[tuple[float, float, float]] = ()
-) -> NDArray[np.uint8]:
+def camera_picture(grid: GridMap, pose: Pose2D, obstacles: Sequence[Obstacle] = ()) -> NDArray[np.uint8]:
     """(height, width, 3) uint8 RGB: near is bright; the floor is greenish."""
     depth = _metres(grid, pose, obstacles)
     near = np.where(depth > 0.0, 255.0 * (1.0 - depth / _MOST_DEPTH), 0.0)
@@ -124,11 +119,7 @@ def camera_picture(
 
 
 def camera_points(
-    grid: GridMap,
-    pose: Pose2D,
-    obstacles: Sequence[tuple[float, float, float]] = (),
-    *,
-    floor: bool = True,
+    grid: GridMap, pose: Pose2D, obstacles: Sequence[Obstacle] = (), *, floor: bool = True
 ) -> NDArray[np.float32]:
     """(N, 3) float32 x, y, z in m in optical axes; without the floor when `floor` is False."""
     depth = _metres(grid, pose, obstacles)

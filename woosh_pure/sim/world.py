@@ -16,10 +16,10 @@ from woosh_pure.enums import RobotMode, RobotState, TaskState, TaskType, WorkMod
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.motion.steps import Step
-from woosh_pure.sim.avoidance import Avoidance, CollisionMap, NavigationSettings, Obstacle
+from woosh_pure.sim.avoidance import Avoidance, CollisionMap, NavigationSettings
 from woosh_pure.sim.body import Body, Localization
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
-from woosh_pure.sim.planner import Planner
+from woosh_pure.sim.planner import Obstacle, Planner
 from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site, built_in_site
 from woosh_pure.sim.tasks import TaskMachine
