@@ -85,7 +85,7 @@ class ParameterTree:
         if len(parts) > self.max_depth:
             raise ValueError("is nested too deep")
         weight = _checked_size(value, self.max_depth - len(parts))
-        former = self._peek(parts)
+        below = self.has(key) and isinstance(self.get(key), dict)
         if parts:
             root, growth = _replaced(self._root, parts, value, weight)
         elif isinstance(value, dict):
@@ -96,7 +96,7 @@ class ParameterTree:
             raise ValueError(f"holds {growth} bytes, but the parameter server is full ({self.max_bytes})")
         self._root = root
         self._bytes += growth
-        return self._updates(key, value, caller_id, below=isinstance(former, dict))
+        return self._updates(key, value, caller_id, below=below)
 
     def delete(self, key: str) -> list[ParamUpdate]:
         """Remove a value or subtree; all subscribers are notified, the caller included.
@@ -137,12 +137,6 @@ class ParameterTree:
     def names(self) -> list[str]:
         """Keys of all values that are not namespaces."""
         return list(_leaves("/", self._root))
-
-    def _peek(self, parts: list[str]) -> object:
-        try:
-            return self.get("/".join(["", *parts]))
-        except KeyError:
-            return None
 
     def _updates(self, key: str, value: object, ignore: str | None, *, below: bool) -> list[ParamUpdate]:
         """Updates for `key` changing to `value` (`{}`: deleted); `below`: also for the keys below it."""

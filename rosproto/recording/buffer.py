@@ -67,8 +67,9 @@ class MessageBuffer:
             self.received += 1
             self._queue.append(entry)
             self.bytes += len(entry[1].data) + OVERHEAD
-            if self.bytes > self.limit:
-                self._drop()
+            while self.bytes > self.limit and self._queue:
+                self.bytes -= len(self._queue.popleft().message.data) + OVERHEAD
+                self.dropped += 1
             if self._waiting and self.bytes >= self.wake_bytes:
                 self._waiting = False
                 self._wakened.notify()
@@ -102,12 +103,6 @@ class MessageBuffer:
 
     def __len__(self) -> int:
         return len(self._queue)
-
-    def _drop(self) -> None:
-        assert self._lock.locked()
-        while self.bytes > self.limit and self._queue:
-            self.bytes -= len(self._queue.popleft()[1].data) + OVERHEAD
-            self.dropped += 1
 
 
 # -- what fills it ------------------------------------------------------------------------------------------

@@ -354,21 +354,18 @@ class Recorder:
             self._error.__cause__ = error.__cause__
 
     def _put(self, entries: list[Entry]) -> None:
-        write = self._series.write
-        if self._limit is None:
-            for topic, message, stamp in entries:
-                write(topic, message, stamp)
-        else:
-            for topic, message, stamp in entries:
+        write, limit = self._series.write, self._limit
+        for topic, message, stamp in entries:
+            if limit is not None:
                 count = self._counts.get(topic, 0)
-                if count < self._limit:
-                    self._counts[topic] = count + 1
-                    write(topic, message, stamp)
+                if count >= limit:
+                    continue
+                self._counts[topic] = count + 1
+            write(topic, message, stamp)
         now = time.monotonic()
         if now - self._flushed > FLUSH_EVERY:
             self._flushed = now
             self._series.flush()
-
         if self._least_free and now - self._looked >= LOOK_EVERY:
             self._looked = now
             self._check_room()
