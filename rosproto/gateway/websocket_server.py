@@ -30,6 +30,7 @@ from rosproto.gateway.outbox_writer import OutboxWriter, closed_error
 from rosproto.gateway.pending_connections import AT_ONCE, BACKLOG, Listener
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
+from rosproto.transport.uri import make_uri
 
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 FRAGMENTS = 4096
@@ -129,8 +130,7 @@ class WebSocketServer:
     def url(self) -> str:
         """Where clients connect."""
         host = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}.get(self.host, self.host)
-        shown = f"[{host}]" if ":" in host else host
-        return f"{'wss' if self.secure else 'ws'}://{shown}:{self.port}"
+        return make_uri(host, self.port, "wss" if self.secure else "ws").rstrip("/")
 
     @property
     def channels(self) -> tuple[ClientChannel, ...]:

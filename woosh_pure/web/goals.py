@@ -127,8 +127,8 @@ class Journal:
         text, key, values = what if isinstance(what, Command) else Command(what)
         with self._lock:
             number = next(self._numbers)
-            entry = Entry(number, round(time.time(), 3), _short(who), _short(text), goal=goal)
-            self._put(replace(entry, key=key, values=values))
+            began, who, text = round(time.time(), 3), _short(who), _short(text)
+            self._put(Entry(number, began, who, text, goal=goal, key=key, values=values))
             while len(self._entries) > self._length:
                 del self._entries[next(iter(self._entries))]
             return number

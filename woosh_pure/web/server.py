@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
 from rosproto.sentence import say
-from rosproto.transport import is_loopback, reuse_address
+from rosproto.transport import is_loopback, make_uri, reuse_address
 from woosh_pure.web.access import ConnectionSlots, Key
 
 if TYPE_CHECKING:
@@ -150,11 +150,8 @@ class WebServer:
         self._socket = Listener(bind, port, self._slots)
         self.port = int(self._socket.getsockname()[1])
         self.scheme = "https" if tls_cert else "http"
-        shown = "127.0.0.1" if bind == "0.0.0.0" else "[::1]" if bind == "::" else bind
-        self.url = f"{self.scheme}://{f'[{shown}]' if ':' in shown.strip('[]') else shown}:{self.port}/"
-        tls: dict[str, Any] = {}
-        if tls_cert:
-            tls = {"ssl_certfile": str(tls_cert), "ssl_keyfile": str(tls_key) if tls_key else None}
+        shown = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(bind, bind.strip("[]"))
+        self.url = make_uri(shown, self.port, self.scheme)
         config = uvicorn.Config(
             app,
             http="h11",
@@ -170,7 +167,8 @@ class WebServer:
             ws_ping_interval=2.0,
             ws_ping_timeout=PONG_SECONDS,
             ws_per_message_deflate=False,
-            **tls,
+            ssl_certfile=tls_cert or None,
+            ssl_keyfile=tls_key or None,
         )
         self._server = uvicorn.Server(config)
         self._thread = threading.Thread(target=self._run, name="woosh:web server", daemon=True)

@@ -24,7 +24,7 @@ from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.frames import Costmap, camera_frame, scan_frame
 from woosh_pure.web.marks import mark_part
-from woosh_pure.web.robot import Robot
+from woosh_pure.web.robot import ALSO_SHOWN, Robot
 from woosh_pure.web.snapshot import ages, pose_part, state_parts, text_of
 
 R = TypeVar("R")
@@ -299,9 +299,7 @@ class Hub:
 
     def _check_silence(self, now: float) -> None:
         heard = [
-            r.received
-            for r in (self.robot.feed(n).known for n in (*robot_state.LASER_FEEDS, "velocity", "pose"))
-            if r
+            r.received for r in (self.robot.feed(n).known for n in (*ALSO_SHOWN, "velocity", "pose")) if r
         ]
         began = self._seen.setdefault("began", now)
         since = now - max(heard, default=began)

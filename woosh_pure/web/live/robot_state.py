@@ -26,7 +26,6 @@ from woosh_pure.web.snapshot import (
     state_parts,
 )
 
-LASER_FEEDS = ("scan", "plan", "tf_static")
 ASSUMED_RADIUS = 0.3
 """m; the chassis does not report its outline."""
 MOST_POINTS = 500
