@@ -193,11 +193,9 @@ class WatchTable:
 
     Args:
         now: When the last line came.
-        silence: Seconds without a line after which the program counts as gone.
     """
 
-    def __init__(self, now: float, *, silence: float = SILENCE_SECONDS) -> None:
-        self._silence = silence
+    def __init__(self, now: float) -> None:
         self._heard = now
         self._acted = False
         self._armed: set[int] = set()
@@ -238,7 +236,7 @@ class WatchTable:
     def silent(self, now: float) -> float:
         """Seconds of a silence that must be handled now; returned once, else 0.0."""
         seconds = now - self._heard
-        if self._acted or self.ended or not self._armed or seconds < self._silence:
+        if self._acted or self.ended or not self._armed or seconds < SILENCE_SECONDS:
             return 0.0
         self._begin(now)
         return seconds
@@ -256,5 +254,5 @@ class WatchTable:
         if self._rounds:
             return max(0.0, self._next - now)
         if self._armed and not self._acted and not self.ended:
-            return max(0.0, self._heard + self._silence - now)
+            return max(0.0, self._heard + SILENCE_SECONDS - now)
         return None

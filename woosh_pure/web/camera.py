@@ -46,14 +46,14 @@ def png_of(image: Image) -> bytes:
     return encode_png(pixels_of(image))
 
 
-def jpeg_of(image: Image, width: int = MOST_WIDTH, quality: int = QUALITY) -> bytes:
+def jpeg_of(image: Image, width: int = MOST_WIDTH) -> bytes:
     """The picture as JPEG, scaled down to at most that width."""
     pixels = pixels_of(image)
     step = max(1, -(-pixels.shape[1] // width))
     small = np.ascontiguousarray(pixels[::step, ::step, :3] if pixels.ndim == 3 else pixels[::step, ::step])
     picture = pillow().fromarray(small)
     out = io.BytesIO()
-    picture.save(out, "JPEG", quality=quality)
+    picture.save(out, "JPEG", quality=QUALITY)
     return out.getvalue()
 
 

@@ -91,13 +91,12 @@ class GraphWatch:
         self._thread = threading.Thread(target=self._run, name="rosproto:foxglove graph", daemon=True)
         self._thread.start()
 
-    def next_view(self, timeout: float) -> GraphView:
-        """Return a view polled after this call, or an older one if that takes too long."""
+    def next_view(self, timeout: float) -> None:
+        """Wait for a view polled after this call, or until the time is over."""
         with self._polled:
             wanted = self._polls + 1
             self._wake.set()
             self._polled.wait_for(lambda: self._polls >= wanted or self._closed, timeout)
-        return self.view
 
     def close(self, timeout: float) -> None:
         """End the thread; waits at most this long for a poll in progress."""

@@ -68,9 +68,8 @@ class DeadManSwitch:
         state: See the table above.
     """
 
-    def __init__(self, silence: float = SILENCE, latest: float = LATEST) -> None:
+    def __init__(self) -> None:
         self.state: State = "idle"
-        self._silence, self._latest = silence, latest
         self._seq = -1
         self._fastest = math.inf
         self._pressed = -math.inf
@@ -92,7 +91,7 @@ class DeadManSwitch:
             self._fastest += DRIFT * max(0.0, now - self._pressed)
         self._pressed = now
         late = self._lateness(at, now)
-        if late > self._latest:
+        if late > LATEST:
             return Verdict("none", reason="late")
         self.state, self._alive, self._wish = "opening", now - late, (vx, wz)
         return Verdict("open")
@@ -117,7 +116,7 @@ class DeadManSwitch:
         if not self._is_new(seq, at, vx, wz):
             return NOTHING  # a repeated beat does not end the silence
         late = self._lateness(at, now)
-        if late > self._latest:
+        if late > LATEST:
             return NOTHING
         self._alive, self._wish = max(self._alive, now - late), (vx, wz)
         return self._drive(now) if self.state == "driving" else NOTHING
@@ -129,7 +128,7 @@ class DeadManSwitch:
 
     def tick(self, now: float) -> Verdict:
         """End the drive if the silence has lasted too long. Call this every 50 ms at least while `held`."""
-        if self.held and now - self._alive > self._silence:
+        if self.held and now - self._alive > SILENCE:
             return self._end("silent")
         return NOTHING
 

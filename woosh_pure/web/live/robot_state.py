@@ -84,10 +84,10 @@ def _under_way(robot: Robot) -> bool:
 _BUSY = (ReasonKey.BUSY, ReasonKey.OTHER_CLIENT)
 
 
-def round_outline(radius: float = ASSUMED_RADIUS) -> list[list[float]]:
-    """A polygon of 24 points around a circle."""
+def round_outline() -> list[list[float]]:
+    """A polygon of 24 points around a circle of `ASSUMED_RADIUS`."""
     turns = [math.tau * i / 24 for i in range(24)]
-    return points_part((radius * math.cos(turn), radius * math.sin(turn)) for turn in turns)
+    return points_part((ASSUMED_RADIUS * math.cos(turn), ASSUMED_RADIUS * math.sin(turn)) for turn in turns)
 
 
 class Mounting(NamedTuple):
