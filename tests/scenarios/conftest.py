@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import pytest
 
 from tests.support.robot_pool import RobotPool
+from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.firmware.versions import CURRENT
 
@@ -58,17 +58,10 @@ def chassis(sim: SimulatedChassis) -> Iterator[Chassis]:
         yield connected
 
 
-@pytest.fixture
-def until() -> Callable[..., None]:
+@pytest.fixture(name="until")
+def waiting() -> Callable[..., None]:
     """Wait for a condition with a deadline."""
-
-    def wait(condition: Callable[[], object], timeout: float = 10.0, what: str = "condition") -> None:
-        end = time.monotonic() + timeout
-        while not condition():
-            assert time.monotonic() < end, f"{what} did not come true within {timeout} s"
-            time.sleep(0.005)
-
-    return wait
+    return until
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import rosproto
+from tests.support.waiting import until
 from woosh_pure import Chassis, Footprint, OutcomeKind, Pose2D, SimulatedChassis, interface
 from woosh_pure.enums import LedState, NavDirection, NavigationMode, RobotState
 from woosh_pure.errors import ChassisError, GoalFailed
@@ -100,12 +101,10 @@ def test_every_feed_gives_a_value_with_its_age(full, row):
 
 
 def wait_connected(feed, count):
-    import time
-
-    end = time.monotonic() + 10.0
-    while feed.publishers < count:
-        assert time.monotonic() < end, f"{feed.topic}: {feed.publishers} of {count} publishers"
-        time.sleep(0.01)
+    until(
+        lambda: feed.publishers >= count,
+        what=lambda: f"{feed.topic}: {feed.publishers} of {count} publishers;",
+    )
 
 
 def test_the_digital_inputs_show_the_red_button(sim, chassis):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 
 from rosproto.errors import RosError
@@ -74,10 +72,11 @@ def test_the_schedule_of_the_sim_command(capsys):
     assert next(iter(FAULTS)) in capsys.readouterr().err
 
 
-def test_a_slow_network_delays_what_is_heard(sim, chassis):
+def test_a_slow_network_delays_what_is_heard(sim, chassis, until):
     chassis.odometry.wait(5.0)
     sim.slow_network(0.3)
-    time.sleep(0.4)
+    slow = sim.now
+    until(lambda: chassis.odometry.reading.stamp > slow, what="odometry that was sent over the slow network")
     before = sim.now
     reading = chassis.odometry.wait(5.0) and chassis.odometry.reading
     assert reading.stamp < before

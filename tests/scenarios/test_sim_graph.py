@@ -9,6 +9,7 @@ import pytest
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosTimeout
+from tests.support.waiting import until
 from woosh_pure import Chassis, ChassisError, GoalFailed, OutcomeKind, Pose2D, SimulatedChassis
 from woosh_pure.enums import RobotState, TaskState
 from woosh_pure.errors import MotionRefused
@@ -243,10 +244,7 @@ def test_the_nodes_of_a_robot_do_not_compare_the_graph_of_their_own_master_all_t
         rosproto.Node("/other", master_uri=sim.master_uri) as other,
     ):
         watched = [other, *sim.graph.nodes.values()]
-        end = time.monotonic() + 60.0
-        while min(node._parts.master_monitor._looks for node in watched) < 10:
-            assert time.monotonic() < end
-            time.sleep(0.01)
+        until(lambda: min(node._parts.master_monitor._looks for node in watched) >= 10, 60.0, "ten looks")
     assert set(asked) & {node.name for node in watched} == {"/other"}
 
 

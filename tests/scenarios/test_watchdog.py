@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.waiting import until
+
 if os.name != "posix":
     pytest.skip("needs SIGKILL and SIGSTOP", allow_module_level=True)
 
@@ -49,11 +51,7 @@ def stands(sim: SimulatedChassis, seconds: float = STANDS) -> bool:
 
 
 def gone(pid: int) -> bool:
-    end = time.monotonic() + 20.0
-    while is_alive(pid):
-        if time.monotonic() > end:
-            return False
-        time.sleep(0.02)
+    until(lambda: not is_alive(pid), what=f"the end of {pid}")
     return True
 
 
@@ -108,15 +106,10 @@ def test_a_killed_watchdog_is_replaced_and_the_next_one_does_the_same(sim, tmp_p
     with driving("Chassis, velocity", sim, tmp_path) as pid:
         (first,) = children(pid)
         os.kill(first, signal.SIGKILL)
-        end = time.monotonic() + 20.0
-        while children(pid) in ([], [first]):
-            assert time.monotonic() < end
-            time.sleep(0.02)
+        until(lambda: children(pid) not in ([], [first]), what="another watchdog")
         (second,) = children(pid)
         with Node("/looks", master_uri=sim.master_uri, rosout=False) as node:
-            while not is_ready(node):
-                assert time.monotonic() < end
-                time.sleep(0.02)
+            until(lambda: is_ready(node), what="a watchdog that is ready")
         assert moving(sim)
         os.kill(pid, signal.SIGKILL)
         assert stands(sim)

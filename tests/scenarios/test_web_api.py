@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 import json
 import struct
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from tests.support.waiting import until
 
 pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
@@ -99,19 +100,14 @@ def test_a_feed_is_streamed_as_events(web: Served) -> None:
     first, second = (json.loads(lines[at].removeprefix("data: ")) for at in (2, 5))
     assert first["value"].keys() == second["value"].keys() == {"vx", "vy", "wz"}
     context = web.app.state.context  # type: ignore[attr-defined]
-    until = time.monotonic() + 10.0
-    while context.streams and time.monotonic() < until:
-        time.sleep(0.05)
-    assert context.streams == 0, "who goes frees the stream"
+    until(lambda: context.streams == 0, what="the end of the stream of one who goes")
 
 
 def test_a_bag_is_recorded_seen_growing_downloaded_and_deleted(web: Served, tmp_path: Path) -> None:
     number = web.post("recordings", {"seconds": 60.0}).json["id"]
     assert "end it first" in web.post("recordings").problem
     assert web.get(f"recordings/{number}/bag").status == 409
-    until = time.monotonic() + 15.0
-    while web.get(f"recordings/{number}").json["messages"] < 5 and time.monotonic() < until:
-        time.sleep(0.1)
+    until(lambda: web.get(f"recordings/{number}").json["messages"] >= 5, what="five messages")
     assert "end it first" in web.delete(f"recordings/{number}").problem, "nothing is lost by an old client"
     assert web.post(f"recordings/{number}/end").json["running"] is False
     answer = web.get(f"recordings/{number}/bag")
@@ -204,10 +200,7 @@ def test_head_answers_wherever_get_does_and_sends_no_body(web: Served) -> None:
     assert web.ask("HEAD", "map.yaml").headers["content-length"] == str(len(web.get("map.yaml").body))
     assert web.ask("HEAD", "goals/7").status == 404
     context = web.app.state.context  # type: ignore[attr-defined]
-    until = time.monotonic() + 10.0
-    while context.streams and time.monotonic() < until:
-        time.sleep(0.02)
-    assert context.streams == 0
+    until(lambda: context.streams == 0, what="the end of the streams")
 
 
 def test_a_client_made_from_the_description_drives_to_a_mark(web: Served) -> None:

@@ -20,6 +20,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from tests.support.waiting import until
+
 pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
@@ -202,10 +204,8 @@ def _holder(web: Served) -> str:
 
 def _free(web: Served) -> None:
     """Wait until nobody sits in the driver's seat."""
-    teleop, until = web.app.state.context.robot(None).manual_drive, time.monotonic() + 10.0  # type: ignore[attr-defined]
-    while teleop.driver is not None and time.monotonic() < until:
-        time.sleep(0.02)
-    assert teleop.driver is None
+    teleop = web.app.state.context.robot(None).manual_drive  # type: ignore[attr-defined]
+    until(lambda: teleop.driver is None, what="the free seat")
 
 
 @pytest.mark.promise("driving by hand from the page")

@@ -13,18 +13,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.support.waiting import until
+
 pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
 import rosproto
 from rosproto import Node
+from tests.support.load import crowd
 from tests.support.proxy import FaultProxy
 from tests.support.slow_link import SlowLink
 from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis, SimulatedChassis, interface
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap, grid_message
+from woosh_pure.web import server
 from woosh_pure.web.api import session
 from woosh_pure.web.live import frame_pacing, frames, page_driving, viewer
 from woosh_pure.web.live.frames import CAMERA, COSTMAP, PART, SCAN
@@ -82,22 +86,15 @@ def test_the_camera_is_subscribed_only_while_somebody_looks(web: Served, page: P
     assert frame[1] == 0
     assert frame[2:4] == b"\xff\xd8"
     page.say(t="look", camera=None)
-    until = time.monotonic() + 10.0
-    while camera.open and time.monotonic() < until:
-        time.sleep(0.05)
-    assert not camera.open
+    until(lambda: not camera.open, what="the end of the camera")
 
 
 def test_with_the_last_page_everything_rests(web: Served) -> None:
     with PageClient(web.port) as page:
         page.say(t="look", camera="depth", costmap=False)
         page.frame(CAMERA)
-    until = time.monotonic() + 10.0
     hub, camera = hub_of(web), web.app.state.context.robot(None).cameras["depth"]  # type: ignore[attr-defined]
-    while (hub._tasks or camera.open) and time.monotonic() < until:
-        time.sleep(0.05)
-    assert not hub._tasks
-    assert not camera.open
+    until(lambda: not hub._tasks and not camera.open, what=lambda: f"the rest of {hub._tasks}, {camera.open}")
 
 
 def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis, page: PageClient) -> None:
@@ -120,10 +117,7 @@ def test_a_page_that_acknowledges_nothing_gets_two_frames_and_a_sentence(
 ) -> None:
     monkeypatch.setattr(frame_pacing, "NOTHING_READ", 0.5)
     with PageClient(web.port, acks=False) as page:
-        until = time.monotonic() + 15.0
-        while page.error is None and page._reader.is_alive() and time.monotonic() < until:
-            time.sleep(0.05)
-        page._reader.join(5)
+        page._reader.join(20)
         assert page.socket.close_code == 4408
         assert "stopped reading" in (page.socket.close_reason or "")
         assert page.count <= 4, "hello, and two frames; what is said to it alone is little"
@@ -134,9 +128,7 @@ def test_over_a_slow_link_the_pose_keeps_nothing_away(web: Served) -> None:
     with PageClient(web.port, acks=False) as page:
         page.of("hello")
         for frames in range(1, 25):
-            until = time.monotonic() + 10.0
-            while page.count < frames + 1 and time.monotonic() < until:
-                time.sleep(0.01)
+            until(lambda had=frames: page.count > had, what="the next frame")  # type: ignore[misc]
             time.sleep(0.15)  # in which there is a new pose, and a new scan
             page.say(t="ack", n=frames)
         heard = [document["t"] for document in page.heard]
@@ -148,26 +140,25 @@ def test_over_a_slow_link_the_pose_keeps_nothing_away(web: Served) -> None:
 
 
 @pytest.mark.promise("until then at most two frames wait for it")
-def test_a_page_that_stops_reading_costs_no_memory(web: Served) -> None:
+def test_a_page_that_stops_reading_costs_no_memory(chassis: Chassis, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its socket is not read at all; the server keeps versions of kinds, and no queue."""
-    import socket
-
-    raw = socket.create_connection(("127.0.0.1", web.port))
-    raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-    raw.sendall(
-        b"GET /api/v1/live HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-    )
-    with PageClient(web.port) as other:
+    monkeypatch.setattr(server, "PONG_SECONDS", min(2.0 * crowd(), server.PONG_SECONDS))
+    with (
+        serving(chassis) as web,
+        socket.create_connection(("127.0.0.1", web.port)) as raw,
+        PageClient(web.port) as other,
+    ):
+        raw.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        raw.sendall(
+            b"GET /api/v1/live HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+        )
         other.of("hello")
         context = web.app.state.context  # type: ignore[attr-defined]
-        until = time.monotonic() + 20.0
-        while context.viewers > 1 and time.monotonic() < until:
-            time.sleep(0.1)
-        assert context.viewers == 1, "no pong for two seconds: it is let go"
+        until(lambda: context.viewers == 2, what="both pages")
+        until(lambda: context.viewers == 1, what="the end of the one without a pong")
         other.forget()
         other.of("pose")
-    raw.close()
 
 
 NONSENSE = [
@@ -370,9 +361,7 @@ def test_a_page_that_comes_back_is_the_same_person(web: Served) -> None:
     with PageClient(web.port) as page:
         hello = page.of("hello")
         page.ready()
-    until = time.monotonic() + 10.0
-    while web.app.state.context.viewers and time.monotonic() < until:  # type: ignore[attr-defined]
-        time.sleep(0.02)
+    until(lambda: not web.app.state.context.viewers, what="the end of the page")  # type: ignore[attr-defined]
     with PageClient(web.port, f"/api/v1/live?session={hello['session']}") as page:
         assert page.of("hello")["you"] == hello["you"]
         page.of("lease", yours=True)
@@ -524,10 +513,7 @@ def test_a_page_that_goes_while_another_drives_ends_nothing_of_it(
         monkeypatch.setattr(page_driving.PageDriving, "_refusal", lambda _: None)
         other.press()
         assert asked.wait(10.0), name
-    deadline = time.monotonic() + 10.0
-    while context.viewers > 1 and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert context.viewers == 1
+    until(lambda: context.viewers == 1, what="the end of the other page")
     refuse.set()
     chassis.measured_velocity.wait_for(lambda v: v.vx > 0.1, 10.0)
     time.sleep(0.3)

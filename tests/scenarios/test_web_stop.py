@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from typing import Any
 
 import pytest
+
+from tests.support.waiting import until
 
 pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
@@ -42,10 +44,8 @@ def stops(web: Served) -> list[Any]:
 
 def has_begun(web: Served, count: int = 1) -> bool:
     """Whether so many stops begin at once."""
-    until = time.monotonic() + AT_ONCE
-    while len(stops(web)) < count and time.monotonic() < until:
-        time.sleep(0.005)
-    return len(stops(web)) >= count
+    until(lambda: len(stops(web)) >= count, AT_ONCE, "the stop")
+    return True
 
 
 ODD: dict[str, tuple[str, str, dict[str, str], bytes | None, int]] = {
@@ -190,17 +190,26 @@ def test_a_stop_begins_although_all_threads_of_requests_and_stops_wait(web: Serv
     go_on = threading.Event()
     with Chassis(chassis.master_uri) as other, serving({"hall": chassis, "yard": other}) as both:
         context = both.app.state.context  # type: ignore[attr-defined]
-        context.robot("hall").map.get = lambda: go_on.wait(30.0)
-        other.stop = lambda **options: go_on.wait(30.0)  # type: ignore[method-assign, assignment]
+        waiting: list[str] = []
+
+        def wait(what: str) -> Any:
+            waiting.append(what)
+            return go_on.wait(30.0)
+
+        context.robot("hall").map.get = lambda: wait("a request")
+        other.stop = lambda **options: wait("a stop")  # type: ignore[method-assign, assignment]
         try:
             with ExitStack() as stack:
                 for number in range(100):
                     one = stack.enter_context(socket.create_connection(("127.0.0.1", both.port), timeout=10))
                     slow = ("GET /api/v1/map", "POST /api/v1/robots/yard/stop")[number % 2]
                     one.sendall(f"{slow} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode())
-                time.sleep(0.2)
-                threading.Thread(target=both.post, args=("stop",), daemon=True).start()
+                # All of them: forty for requests, eight for the stops of the other robot.
+                until(lambda: len(waiting) >= 48, what=lambda: f"48 threads that wait, not {len(waiting)},")
+                stop = ThreadPoolExecutor(1).submit(both.post, "stop")
                 assert has_begun(both)
+                go_on.set()
+                assert stop.result(20.0).status == 200
         finally:
             go_on.set()
 

@@ -10,13 +10,13 @@ import re
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 from rosproto.codec import encode, message_class
+from tests.support.waiting import until
 from woosh_pure import SimulatedChassis
 
 __all__ = ["COMMANDS", "children", "driving", "is_alive", "moving"]
@@ -49,10 +49,7 @@ def moving(sim: SimulatedChassis) -> bool:
 
 
 def _until(condition: Callable[[], object], seconds: float = 60.0, what: str = "it moves") -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, f"{what}: not within {seconds} s"
-        time.sleep(0.01)
+    until(condition, seconds, what)
 
 
 def _process(stack: ExitStack, *words: str, say: bool = True) -> subprocess.Popen[str]:

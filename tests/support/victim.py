@@ -19,6 +19,7 @@ from typing import Any
 
 from rosproto.node import Node
 from tests.support.load import crowd
+from tests.support.waiting import until
 
 __all__ = ["Bystander", "Victim", "eventually"]
 
@@ -28,10 +29,7 @@ PATIENCE = 4.0  # seconds a regular peer may wait during attacks, with a process
 
 def eventually(condition: Callable[[], object], timeout: float = 60.0, what: str = "it") -> None:
     """Wait until a condition holds."""
-    end = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < end, f"{what} did not happen within {timeout} s"
-        time.sleep(0.01)
+    until(condition, timeout, what)
 
 
 class Victim:

@@ -302,14 +302,12 @@ class Velocities:
         0.0 if the robot had already stopped: on a busy computer the heartbeats may pause before the connection is cut.
         """
         time.sleep(max(0.0, since + watch - time.monotonic()))
-        until = time.monotonic() + LATEST
-        while (seconds := self._to_zero(since)) == float("inf") and time.monotonic() < until:
-            time.sleep(0.05)
-        return seconds
+        with self._condition:
+            self._condition.wait_for(lambda: self._to_zero(since) < float("inf"), LATEST)
+            return self._to_zero(since)
 
     def _to_zero(self, since: float) -> float:
-        with self._condition:
-            after = [(at, vx, wz) for at, vx, wz in self.heard if at >= since]
+        after = [(at, vx, wz) for at, vx, wz in self.heard if at >= since]
         moving = [at for at, vx, wz in after if vx or wz]
         if not moving and self.heard and not any(self.heard[-1][1:]):
             return max(0.0, self.heard[-1][0] - since) if not after else after[0][0] - since

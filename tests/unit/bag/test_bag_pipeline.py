@@ -10,7 +10,6 @@ import subprocess
 import sys
 import sysconfig
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -20,6 +19,7 @@ from rosproto.bag import time_order as ahead
 from rosproto.codec import message_class
 from rosproto.errors import BagError
 from rosproto.time import Time
+from tests.support.waiting import until
 
 UInt8MultiArray = message_class("std_msgs/UInt8MultiArray")
 PACKED = ["bz2", "lz4"]
@@ -89,10 +89,7 @@ def test_a_chunk_gets_into_the_file_without_another_call(helpers, tmp_path):
     """A recording that is killed later loses no chunk that was full."""
     path = tmp_path / "a.bag"
     writer = write(path, blocks(4), "lz4")
-    end = time.monotonic() + 20
-    while len(BagReader(path).chunks) < 2:
-        assert time.monotonic() < end
-        time.sleep(0.001)
+    until(lambda: len(BagReader(path).chunks) >= 2, what="two chunks in the file")
     writer.close()
 
 
@@ -204,12 +201,10 @@ def test_no_thread_is_left_of_writing_and_reading(helpers, tmp_path):
     abandoned = bag.read_messages()
     next(abandoned)
     bag.close()
-    end = time.monotonic() + 20
-    while any(
-        thread.name in ("rosproto:bag writer", "rosproto:bag reader") for thread in threading.enumerate()
-    ):
-        assert time.monotonic() < end
-        time.sleep(0.001)
+    names = {"rosproto:bag writer", "rosproto:bag reader"}
+    until(
+        lambda: not names & {thread.name for thread in threading.enumerate()}, what="the end of the threads"
+    )
 
 
 def test_a_program_that_never_closes_its_bag_ends_and_keeps_the_whole_chunks(tmp_path):

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import threading
-import time
 
 import pytest
 
 from rosproto.bag.worker_pool import WorkerPool, worker_count
+from tests.support.waiting import until
 
 
 def threads(name: str) -> int:
@@ -43,10 +43,7 @@ def test_threads_end_by_themselves_and_come_back():
         tasks = [helpers.add(lambda: None) for _ in range(10)]
         for task in tasks:
             task.result(10)
-        end = time.monotonic() + 10
-        while threads("helpers ends"):
-            assert time.monotonic() < end
-            time.sleep(0.001)
+        until(lambda: not threads("helpers ends"), what="the end of the threads")
 
 
 def test_never_more_threads_than_allowed():

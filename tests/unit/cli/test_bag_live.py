@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from rosproto.codec import message_class
 from rosproto.node.clock import NodeClock
 from rosproto.recording import RecorderStats
 from rosproto.time import Time
+from tests.support.waiting import until
 
 String = message_class("std_msgs/String")
 
@@ -243,11 +243,8 @@ def test_a_recorder_of_mcap_that_is_killed(graph: tuple[str, Node], tmp_path: Pa
     command = [sys.executable, "-m", "rosproto", "bag", "record", "--master", graph[0], *words]
     process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
     try:
-        end = time.monotonic() + 30
-        while not any(file.stat().st_size > 4000 for file in tmp_path.iterdir()):
-            assert time.monotonic() < end, "nothing was recorded"
-            assert process.poll() is None
-            time.sleep(0.02)
+        until(lambda: any(file.stat().st_size > 4000 for file in tmp_path.iterdir()), 30.0, "a recording")
+        assert process.poll() is None
     finally:
         process.kill()
         process.wait(10)

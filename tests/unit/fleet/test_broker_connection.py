@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from tests.support.stuck_broker import StuckBroker
+from tests.support.waiting import until
 from woosh_pure.fleet import broker_connection as mqtt
 from woosh_pure.fleet.broker_connection import MOST_WAITING, BrokerConnection
 from woosh_pure.fleet.config import Broker
@@ -137,14 +138,9 @@ def test_a_failure_of_our_own_does_not_end_the_connection(
         monkeypatch.setattr(heard.connection, "_changed", fails)
         heard.connection.open()
         try:
-            deadline = time.monotonic() + 10.0
-            while told != [True]:
-                assert time.monotonic() < deadline
-                time.sleep(0.01)
+            until(lambda: told == [True], what="the connection")
             broker.hang_up()
-            while told[:3] != [True, False, True]:
-                assert time.monotonic() < deadline + 10.0
-                time.sleep(0.01)
+            until(lambda: told[:3] == [True, False, True], what="the next connection")
         finally:
             heard.connection.close(0.1)
     assert "ours" in caplog.text

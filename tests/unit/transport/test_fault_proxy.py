@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Iterator
 
 import pytest
@@ -13,6 +12,7 @@ from rosproto.transport.tcp_server import TcpServer
 from tests.support import attacks
 from tests.support.marks import needs_rst
 from tests.support.proxy import FaultProxy
+from tests.support.waiting import until
 
 SOON = 20.0
 
@@ -80,10 +80,7 @@ def test_cut_after_lets_so_many_bytes_through(proxy: FaultProxy, client: socket.
     with TcpServer("127.0.0.1", 0, keep) as server:
         proxy.retarget("127.0.0.1", server.port)
         with socket.create_connection((proxy.host, proxy.port), SOON) as other:
-            end = time.monotonic() + SOON
-            while proxy.connections < 2:
-                assert time.monotonic() < end
-                time.sleep(0.001)
+            until(lambda: proxy.connections == 2, SOON, "the other connection")
             proxy.cut_after(3)
             other.sendall(b"abcdef")
             assert got.wait(SOON)

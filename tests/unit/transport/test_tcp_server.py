@@ -8,7 +8,7 @@ import queue
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -17,16 +17,9 @@ from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import tcp_server
 from rosproto.transport.tcp_server import TcpServer
 from tests.support.clock import FakeClock
+from tests.support.waiting import until
 
 SOON = 20.0
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    """Poll with a deadline: counters have no event to wait for."""
-    end = time.monotonic() + SOON
-    while not condition():
-        assert time.monotonic() < end, "did not become true"
-        time.sleep(0.002)
 
 
 class Holder:
@@ -84,7 +77,7 @@ def test_the_socket_is_closed_when_the_handler_returns(clients: list[socket.sock
         sock = connect(server, clients)
         assert sock.recv(1) == b"x"
         assert is_closed(sock)
-        wait_until(lambda: server.connections == 0)
+        until(lambda: server.connections == 0)
         assert server.pending == 0
 
 
@@ -187,7 +180,7 @@ def test_connections_bounds_the_open_and_refuses_the_newest(clients: list[socket
         assert is_closed(connect(server, clients))
         assert server.stats.refused_full == 1
         first.close()
-        wait_until(lambda: server.connections == 1)
+        until(lambda: server.connections == 1)
         connect(server, clients)
         holder.wait()
 
@@ -209,7 +202,7 @@ def test_the_longest_idle_connection_makes_room(clients: list[socket.socket]) ->
         assert is_closed(socks[1])
         assert server.stats.dropped_idle == 1
         server.established(holder.seen[0][0])  # busy again: not to be dropped
-        wait_until(lambda: server.connections == 2)
+        until(lambda: server.connections == 2)
         assert is_closed(connect(server, clients))
 
 
@@ -225,7 +218,7 @@ def test_a_connection_that_is_handed_over_outlives_its_thread_and_the_server(
     with TcpServer("127.0.0.1", 0, handler, limits=Limits(connections=1), name="handing") as server:
         sock = connect(server, clients)
         ours = kept.get(timeout=SOON)
-        wait_until(lambda: not any("handing 127" in thread.name for thread in threading.enumerate()))
+        until(lambda: not any("handing 127" in thread.name for thread in threading.enumerate()))
         assert (server.connections, server.pending) == (1, 0)
         assert is_closed(connect(server, clients))
         ours.sendall(b"x")
@@ -330,7 +323,7 @@ def test_running_out_of_threads_costs_the_new_connection_only(
         with monkeypatch.context() as patch, caplog.at_level(logging.CRITICAL):
             patch.setattr(threading.Thread, "start", no_thread)
             assert is_closed(connect(server, clients))
-            wait_until(lambda: server.stats.failed == 1)
+            until(lambda: server.stats.failed == 1)
         connect(server, clients)
         holder.wait()
         assert server.connections == 1
@@ -347,7 +340,7 @@ def test_a_program_that_ends_is_no_failure(
     with TcpServer("127.0.0.1", 0, Holder()) as server, caplog.at_level(logging.DEBUG):
         monkeypatch.setattr(threading.Thread, "start", refuse)
         assert connect(server, clients).recv(1) == b""
-        wait_until(lambda: server.stats.failed == 1)
+        until(lambda: server.stats.failed == 1)
     assert caplog.records == []
 
 

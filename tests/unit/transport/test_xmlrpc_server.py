@@ -18,6 +18,7 @@ from rosproto.transport import xmlrpc_server
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.xmlrpc_server import Peer, XmlRpcServer
+from tests.support.waiting import until
 
 SOON = 20.0
 
@@ -288,10 +289,8 @@ def test_an_idle_connection_makes_room_for_a_new_one() -> None:
     ):
         for number, client in enumerate((first, second), 1):
             assert client.call("echo") == []
-            end = time.monotonic() + SOON
-            while len(server._server._idle) < number:  # idle once the server waits for the next request
-                assert time.monotonic() < end
-                time.sleep(0.001)
+            # Idle once the server waits for the next request.
+            until(lambda count=number: len(server._server._idle) >= count, SOON, "an idle connection")  # type: ignore[misc]
         with RawClient(server) as third:
             assert third.call("echo") == []
             assert first.receive() is None
@@ -336,10 +335,11 @@ def test_slow_calls_do_not_hold_up_others_and_close_is_prompt() -> None:
         server.close(timeout=0.05)
         assert time.monotonic() - start < SOON / 2
         release.set()
-    end = time.monotonic() + SOON
-    while any(thread.name.startswith("rosproto:slowly") for thread in threading.enumerate()):
-        assert time.monotonic() < end
-        time.sleep(0.001)
+    until(
+        lambda: not any(thread.name.startswith("rosproto:slowly") for thread in threading.enumerate()),
+        SOON,
+        "the end of the thread",
+    )
 
 
 def test_a_peer_that_does_not_read_its_answer_costs_its_own_connection_only() -> None:
@@ -355,10 +355,7 @@ def test_a_peer_that_does_not_read_its_answer_costs_its_own_connection_only() ->
         deaf.sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         deaf.sock.sendall(post(xmlrpc.encode_call("big")))
         assert other.call("small") == 1
-        end = time.monotonic() + SOON
-        while server.connections > 1:
-            assert time.monotonic() < end
-            time.sleep(0.002)
+        until(lambda: server.connections <= 1, SOON, "the end of the deaf one")
 
 
 def test_a_flood_of_silent_connections_keeps_nobody_out() -> None:

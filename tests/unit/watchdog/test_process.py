@@ -28,16 +28,10 @@ from rosproto.watchdog.protocol import (
     read_line,
     write_line,
 )
+from tests.support.waiting import until
 
 TWIST = message_class("geometry_msgs/Twist")
 STAMPED = message_class("geometry_msgs/TwistStamped")
-
-
-def until(condition: Callable[[], object], seconds: float = 20.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "it did not happen"
-        time.sleep(0.005)
 
 
 class Pipe:

@@ -6,7 +6,6 @@ import io
 import json
 import math
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,6 +18,7 @@ from rosproto.numeric import encode_png
 from rosproto.text import width
 from rosproto.time import Time
 from tests.support.png import read_png
+from tests.support.waiting import until
 from woosh_pure.cli import config, main
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.commands.devices import image_png
@@ -93,9 +93,7 @@ def test_a_sign_of_life_after_a_second(monkeypatch) -> None:
     monkeypatch.setattr(sys, "stderr", seen)
     out = Output(stream=io.StringIO())
     with out.working("thinking"):
-        end = time.monotonic() + 20.0
-        while not seen.getvalue().endswith("\n") and time.monotonic() < end:
-            time.sleep(0.001)
+        until(lambda: seen.getvalue().endswith("\n"), what="the first sign")
     assert seen.getvalue() == "thinking ...\n"
     monkeypatch.setattr("woosh_pure.cli.output._FIRST_SIGN", 60.0)
     with out.working("quick"):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import sys
 import threading
-import time
 
 import pytest
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout, ServiceError
+from tests.support.waiting import until
 from tests.unit.node.services.provided import SetBool, tell
 
 
@@ -73,9 +73,7 @@ def test_without_a_provider_nothing_is_prepared_and_a_dead_connection_sends_noth
     server = node.service_server("/set", SetBool, tell)
     prepared = client.prepare(data=True)
     server.close()
-    end = time.monotonic() + 20.0
-    while prepared.usable and time.monotonic() < end:
-        time.sleep(0.01)
+    until(lambda: not prepared.usable, what="the end of the connection")
     if prepared.send():  # the system may take what nobody reads
         with pytest.raises(RosError):
             prepared.answer(1.0)
