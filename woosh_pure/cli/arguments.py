@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosproto.cli import counted, finite, folder_exists, positive, to_float
+from rosproto.cli import counted, folder_exists, positive, to_float
 from rosproto.files import write_file
 from rosproto.sentence import Sentence, both, say
 from woosh_pure.cli import config
@@ -85,13 +85,6 @@ def png_file(text: str) -> Path:
             say("{file}: pictures are written as PNG; give a name that ends in .png", file=text)
         )
     return path
-
-
-def add_pose(parser: ArgumentParser) -> None:
-    """Add X Y DEGREES as three arguments: argparse cannot describe one positional of three values."""
-    parser.add_argument("x", type=finite, metavar="X", help="m, in the map")
-    parser.add_argument("y", type=finite, metavar="Y", help="m, in the map")
-    parser.add_argument("degrees", type=finite, metavar="DEGREES", help="heading, counter-clockwise from x")
 
 
 def marks_here(args: argparse.Namespace) -> dict[str, Pose2D | None]:

@@ -10,7 +10,6 @@ from rosproto.cli import counted, finite, natural, positive, seconds, to_float
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import (
     POSE,
-    add_pose,
     add_wait,
     corners,
     mark_missing,
@@ -34,7 +33,10 @@ def add_localization(parser: ArgumentParser) -> None:
     verbs.add_parser("start", help="start the localisation module")
     verbs.add_parser("stop", help="stop it")
     tell = verbs.add_parser("pose", help="tell it where the robot stands, after power-up for example")
-    add_pose(tell)
+    # Three arguments: argparse cannot describe one positional of three values.
+    tell.add_argument("x", type=finite, metavar="X", help="m, in the map")
+    tell.add_argument("y", type=finite, metavar="Y", help="m, in the map")
+    tell.add_argument("degrees", type=finite, metavar="DEGREES", help="heading, counter-clockwise from x")
     tell.add_argument("--deviation", type=finite, default=0.25, metavar="M", help="1 sigma (0.25)")
     tell.add_argument("--yaw-deviation", type=finite, default=15.0, metavar="DEGREES", help="1 sigma (15)")
 
