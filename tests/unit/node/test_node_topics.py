@@ -18,6 +18,7 @@ from rosproto.errors import (
 from rosproto.master import Master
 from rosproto.node import EventKind, Node
 from rosproto.node.graph.slave_client import NodeClient
+from tests.support.proxy import FaultProxy
 from tests.support.victim import eventually
 
 String, Twist = "std_msgs/String", "geometry_msgs/Twist"
@@ -233,9 +234,11 @@ def test_queue_size_one_is_the_newest_message(nodes: tuple[Node, Node]) -> None:
 
     subscriber = b.subscriber("/newest", "std_msgs/UInt32", callback, queue_size=1)
     publisher.wait_for_connection()
+    before = threading.enumerate()
     publisher.publish(data=1)
-    runner: Any = subscriber._queue.runner
-    eventually(lambda: runner is not None and not runner.takes_all)
+    eventually(
+        lambda: "rosproto:callback /newest" in [t.name for t in threading.enumerate() if t not in before]
+    )
     publisher.publish(data=2)
     eventually(lambda: 2 in seen)
     for n in range(3, 1001):
@@ -316,7 +319,7 @@ def test_wait_for_message_takes_one_and_leaves(nodes: tuple[Node, Node]) -> None
         )  # registered already: no call to the master is waited for
 
 
-def test_events_tell_of_links(master: Master) -> None:
+def test_events_tell_of_links(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
     """Connected and disconnected, on both sides."""
     seen: list[tuple[EventKind, str, str]] = []
     with (
@@ -328,12 +331,18 @@ def test_events_tell_of_links(master: Master) -> None:
             on_event=lambda e: seen.append((e.kind, e.name, e.direction)),
         ) as a,
         Node("/q", master_uri=master.uri, rosout=False) as b,
+        FaultProxy("127.0.0.1", b.tcpros_address[1]) as proxy,
     ):
+        request = NodeClient.request_topic
+
+        def through_the_proxy(client: NodeClient, *given: Any, **options: Any) -> list[object]:
+            return [*request(client, *given, **options)[:2], proxy.port]
+
+        monkeypatch.setattr(NodeClient, "request_topic", through_the_proxy)
         publisher = b.publisher("/events", String)
         a.subscriber("/events", String)
         publisher.wait_for_connection()
         eventually(lambda: (EventKind.CONNECTED, "/events", "in") in seen)
-        for link in b._parts.topics.publication("/events").links:  # type: ignore[union-attr]
-            link.close()
+        proxy.reset()
         eventually(lambda: (EventKind.DISCONNECTED, "/events", "in") in seen)
         eventually(lambda: seen.count((EventKind.CONNECTED, "/events", "in")) == 2)

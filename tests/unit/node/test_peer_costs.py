@@ -8,15 +8,21 @@ import socket
 import threading
 import time
 import tracemalloc
+import weakref
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
 from rosproto.codec import classes, define, message_class
+from rosproto.errors import ConnectionLost
 from rosproto.master import Master
+from rosproto.msg import DefinitionLibrary
 from rosproto.node import Node
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.graph.slave_client import NodeClient
+from rosproto.node.incoming.delivery import RevisedDelivery
+from rosproto.node.outgoing.publication import Publication
 from rosproto.protocol.connection_header import encode_header
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.wire_limits import Limits
@@ -53,11 +59,26 @@ def shake_hands(
     return sock, read_header(sock, Limits(), Deadline(20))
 
 
+@pytest.fixture
+def narrow() -> Iterator[Node]:
+    """A node that takes one definition of strangers at a time."""
+    limits = Limits(revisions=1)
+    with Master() as master, Node("/victim", master_uri=master.uri, rosout=False, limits=limits) as node:
+        yield node
+
+
+def takes_another(node: Node) -> bool:
+    """Whether a node has room for the definition of one more stranger, who leaves at once."""
+    sock, answer = shake_hands(node, *revised(9))
+    sock.close()
+    return "error" not in answer
+
+
 @pytest.mark.promise("a definition that a peer sends is dropped with its connection")
-def test_a_revision_goes_with_its_last_subscriber(node: Node) -> None:
+def test_a_revision_goes_with_its_last_subscriber(narrow: Node) -> None:
     """Its last subscriber ends it; the others get what they got."""
+    node = narrow
     publisher = node.publisher("/t", String)
-    publication = publisher._publication
     text, md5sum = revised(1)
     first, answer = shake_hands(node, text, md5sum)
     second, _ = shake_hands(node, text, md5sum)
@@ -67,27 +88,28 @@ def test_a_revision_goes_with_its_last_subscriber(node: Node) -> None:
     assert first.recv(100) == (9).to_bytes(4, "little") + (1).to_bytes(4, "little") + b"x" + bytes(4)
     first.close()
     eventually(lambda: publisher.connections == 1)
-    assert list(publication._revised) == [md5sum]
+    assert not takes_another(node)
     second.close()
-    eventually(lambda: not publication._revised)
+    eventually(lambda: takes_another(node))
 
 
 @pytest.mark.promise("a definition that a peer sends is dropped with its connection")
-def test_one_that_leaves_during_the_handshake_leaves_nothing(node: Node) -> None:
-    publication = node.publisher("/t", String)._publication
-    text, md5sum = revised(2)
-    output = publication.output_for(
-        subscriber_header(
-            topic="/t",
-            type_name="std_msgs/String",
-            md5sum=md5sum,
-            callerid="/stranger",
-            message_definition=text,
-        ),
-        "1.2.3.4:5",
-    )
-    assert output is not None
-    assert not publication._revised
+def test_one_that_leaves_during_the_handshake_leaves_nothing(
+    narrow: Node, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left, output_for = [], Publication.output_for
+
+    def then_gone(publication: Publication, *given: Any) -> Any:
+        left.append(output_for(publication, *given))
+        raise ConnectionLost("the subscriber has left")
+
+    narrow.publisher("/t", String)
+    with monkeypatch.context() as patched:
+        patched.setattr(Publication, "output_for", then_gone)
+        with pytest.raises(ConnectionLost):
+            shake_hands(narrow, *revised(2))
+    assert left[0] is not None
+    assert takes_another(narrow)
 
 
 def test_the_revisions_of_one_topic_are_counted() -> None:
@@ -125,28 +147,41 @@ def test_many_subscribers_with_definitions_of_their_own_take_no_memory(node: Nod
         assert tracemalloc.get_traced_memory()[1] < 60_000_000  # as it was after the first hundred
     finally:
         tracemalloc.stop()
-    assert not publisher._publication._revised
 
 
 @pytest.mark.promise("is bounded in number and length")
 @pytest.mark.slow
 def test_what_peers_define_is_kept_by_its_length() -> None:
     """A few long texts are as much as many short ones."""
+    made: list[tuple[weakref.ref[type], int]] = []
     for number in range(50):
-        define("std_msgs/String", revised(number)[0] + "# " + "x" * 500_000)
-    assert classes._defined._weight <= classes._DEFINED_CHARACTERS
+        text = revised(number)[0] + "# " + "x" * 500_000
+        made.append((weakref.ref(define("std_msgs/String", text)), len(text)))
+    gc.collect()
+    assert 1_000_000 < sum(length for cls, length in made if cls() is not None) <= 2 << 20
 
 
 @pytest.mark.promise("is bounded in number and length")
-def test_what_was_looked_for_in_vain_is_kept_by_number() -> None:
+def test_what_was_looked_for_in_vain_is_kept_by_number(monkeypatch: pytest.MonkeyPatch) -> None:
     """An md5sum is a stranger's text: those that are none are not even looked for."""
+    searches, has = [0], DefinitionLibrary.has
+
+    def counted(library: DefinitionLibrary, *given: Any) -> bool:
+        searches[0] += 1
+        return has(library, *given)
+
+    monkeypatch.setattr(DefinitionLibrary, "has", counted)
     revisions = KnownDefinitions()
+
+    def looks(md5sum: str) -> bool:
+        before = searches[0]
+        assert revisions.message(String, md5sum) is None
+        return searches[0] > before
+
     for number in range(1500):
-        assert revisions.message(String, f"{number:032x}") is None
-        assert revisions.message(String, "f" * 10_000 + str(number)) is None
-    found = revisions._found.get
-    assert sum(found((String, f"{number:032x}")) is not None for number in range(1500)) == 1000
-    assert not any(found((String, "f" * 10_000 + str(number))) for number in range(1500))
+        assert looks(f"{number:032x}")
+        assert not looks("f" * 10_000 + str(number))
+    assert [looks(f"{number:032x}") for number in reversed(range(1500))] == [False] * 1000 + [True] * 500
 
 
 def test_a_publisher_of_another_revision_that_comes_back_leaves_nothing(node: Node) -> None:
@@ -158,9 +193,13 @@ def test_a_publisher_of_another_revision_that_comes_back_leaves_nothing(node: No
         sock.sendall(good_header(md5sum=md5sum, message_definition=text))
         sock.sendall((13).to_bytes(4, "little") + (5).to_bytes(4, "little") + b"hello" + bytes(4))
 
+    def deliveries() -> int:
+        gc.collect()
+        return sum(type(each) is RevisedDelivery for each in gc.get_objects())
+
     with OddPublisher(node.master_uri, come_and_go) as odd, node.subscriber("/t", String) as subscriber:
-        eventually(lambda: odd.connections >= 3 and subscriber.received >= 2)
-        eventually(lambda: len(subscriber._subscription._revised_deliveries) <= 1)
+        eventually(lambda: odd.connections >= 5 and subscriber.received >= 4)
+        eventually(lambda: deliveries() <= 1)
 
 
 @pytest.mark.promise("retried every few seconds")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -17,6 +17,9 @@ from rosproto.errors import (
     RemoteProtocolError,
 )
 from rosproto.node.graph.master_client import MasterClient
+from rosproto.node.graph.slave_client import NodeClient
+from rosproto.node.incoming.local_nodes import LocalNodes
+from rosproto.transport import XmlRpcClient
 from tests.support.victim import eventually
 
 
@@ -26,43 +29,64 @@ def master() -> Iterator[Master]:
         yield master
 
 
-@pytest.fixture
-def node(master: Master) -> Iterator[Node]:
-    with Node("/n", master_uri=master.uri, host="127.0.0.1", rosout=False) as node:
-        yield node
+class Asked(LocalNodes):
+    """Carries a node's calls to its master. It notes their methods, and answers some in the master's place."""
 
-
-class Asked:
-    """The methods that a node calls at its master, and what is answered in place of the master's answer."""
-
-    def __init__(self, node: Node, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self) -> None:
+        super().__init__()
         self.methods: list[str] = []
         self.refuse: dict[str, str] = {}
         self.instead: Exception | None = None
-        client = node.master._client
-        call = client.call
+        self._carrier: Carrier | None = None
 
-        def noted(method: str, *params: Any, **options: Any) -> Any:
-            look = method == "system.multicall" and params[0][0]["methodName"] == "getPid"
-            if method != "system.multicall" or look:
-                self.methods.append("look" if look else method)
-                return call(method, *params, **options)
-            if self.instead is not None:
-                raise self.instead
-            names = [each["params"][1] for each in params[0]]
-            self.methods.append(f"system.multicall {len(names)}")
-            answers = call(method, *params, **options)
-            return [
-                [[-1, self.refuse[name], 0]] if name in self.refuse else answer
-                for name, answer in zip(names, answers, strict=True)
-            ]
+    def calls_to(self, uri: str, **options: Any) -> XmlRpcClient | None:
+        """The node's own client is watched, not the one of its farewell."""
+        if self._carrier is not None:
+            return None
+        self._carrier = Carrier(uri, **options)
+        self._carrier.asked = self
+        return self._carrier
 
-        monkeypatch.setattr(client, "call", noted)
+    def answer(self, call: Callable[..., Any], method: str, *params: Any, **options: Any) -> Any:
+        look = method == "system.multicall" and params[0][0]["methodName"] == "getPid"
+        if method != "system.multicall" or look:
+            self.methods.append("look" if look else method)
+            return call(method, *params, **options)
+        if self.instead is not None:
+            raise self.instead
+        names = [each["params"][1] for each in params[0]]
+        self.methods.append(f"system.multicall {len(names)}")
+        passed = [each for each, name in zip(params[0], names, strict=True) if name not in self.refuse]
+        answers = iter(call(method, passed, **options) if passed else ())
+        return [[[-1, self.refuse[name], 0]] if name in self.refuse else next(answers) for name in names]
+
+
+class Carrier(XmlRpcClient):
+    asked: Asked
+
+    def call(self, method: str, *params: Any, **options: Any) -> Any:
+        return self.asked.answer(super().call, method, *params, **options)
 
 
 @pytest.fixture
-def asked(node: Node, monkeypatch: pytest.MonkeyPatch) -> Asked:
-    return Asked(node, monkeypatch)
+def asked() -> Asked:
+    return Asked()
+
+
+@pytest.fixture
+def node(master: Master, asked: Asked) -> Iterator[Node]:
+    with Node("/n", master_uri=master.uri, host="127.0.0.1", rosout=False, intraprocess=asked) as node:
+        yield node
+
+
+def told_again(node: Node, asked: Asked) -> list[str]:
+    """What a node tells its master when it has compared the graph with what it has registered."""
+    asked.methods.clear()
+    node.watch_master(period=0.01, full_check_every=1)
+    node.look_at_master()
+    eventually(lambda: asked.methods.count("look") >= 3)
+    node.watch_master(period=60.0, full_check_every=5)
+    return [each for each in asked.methods if each not in ("look", "getSystemState")]
 
 
 def registered(master: Master, name: str) -> bool:
@@ -160,10 +184,12 @@ def test_an_action_server_whose_topics_are_closed_is_closed_and_logs_no_error(
         server = ActionServer(node, "/work", "actionlib/TestAction", lambda goal: None)
         if refused == "all of it":
             raise KeyboardInterrupt
-    eventually(lambda: server.close not in node._parts.context.lifecycle.closers)  # at its next tick
+    ticker = "rosproto:action status /work"  # it closes the server
+    eventually(lambda: ticker not in [thread.name for thread in threading.enumerate()])
     assert server.goals == []
     assert not [one for one in caplog.records if one.levelname == "ERROR"]
-    assert not node._parts.topics.publications()
+    with NodeClient(node.uri, "/tool") as client:
+        assert not client.get_publications()
 
 
 def test_one_refusal_is_raised_as_it_is_and_the_others_stand(
@@ -180,10 +206,11 @@ def test_one_refusal_is_raised_as_it_is_and_the_others_stand(
     )
     assert subscriber.closed
     assert not publisher.closed
-    assert {r.name for r in node._parts.context.registrations.confirmed()} == {"/a", "/c"}
+    assert [name for name in ("/a", "/b", "/c") if registered(master, name)] == ["/a", "/c"]
+    assert told_again(node, asked) == []
 
 
-def test_several_refusals_keep_the_facts_of_each(node: Node, asked: Asked) -> None:
+def test_several_refusals_keep_the_facts_of_each(master: Master, node: Node, asked: Asked) -> None:
     asked.refuse.update({"/a": "not this", "/c": "nor that"})
     with (
         pytest.raises(RegistrationsRefused, match=r"2 of 3 .*not this.*nor that") as caught,
@@ -193,7 +220,8 @@ def test_several_refusals_keep_the_facts_of_each(node: Node, asked: Asked) -> No
     assert list(caught.value.refused) == [("publisher", "/a"), ("service", "/c")]
     assert caught.value.refused["service", "/c"].text == "nor that"
     assert (caught.value.method, caught.value.text) == ("registerPublisher", "not this")
-    assert [r.name for r in node._parts.context.registrations.confirmed()] == ["/b"]
+    assert [name for name in ("/a", "/b", "/c") if registered(master, name)] == ["/b"]
+    assert told_again(node, asked) == []
 
 
 def test_an_answer_that_is_none_costs_that_registration_only(node: Node, asked: Asked, monkeypatch) -> None:
@@ -213,10 +241,9 @@ def test_a_master_that_is_away_closes_all_of_it_and_is_told_later(
     assert publisher.closed
     assert subscriber.closed
     asked.instead = None
-    registrations = node._parts.context.registrations
-    assert registrations.register_pending()
-    assert "unregisterPublisher" in asked.methods
-    assert not registrations.confirmed()
+    node.look_at_master()
+    eventually(lambda: "unregisterPublisher" in asked.methods)
+    assert told_again(node, asked) == []
 
 
 def test_a_master_without_multicall_is_told_one_by_one_and_not_asked_again(

@@ -17,7 +17,7 @@ from rosproto.codec import message_class
 from rosproto.errors import CodecError, MasterError, Md5sumMismatch, RosTimeout
 from rosproto.master import Master
 from rosproto.msg import bundled
-from rosproto.node import Node
+from rosproto.node import MasterClient, Node
 from rosproto.node.graph.master_client import SystemState
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming import udpros_link
@@ -26,6 +26,7 @@ from rosproto.node.outgoing.datagram_link import DatagramLink
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.protocol.udpros import DatagramRequest, Reassembly
 from rosproto.protocol.wire_limits import Limits
+from rosproto.transport.deadline import SleepDetector
 from tests.support.victim import eventually
 
 
@@ -41,6 +42,17 @@ def nodes(master: Master, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Nod
 def only_link(node: Node) -> Any:
     (stats,) = node.stats().links
     return stats
+
+
+def connections(node: Node) -> list[int]:
+    """The numbers of a node's connections, which its datagrams carry."""
+    with NodeClient(node.uri, "/test") as client:
+        return [row.connection_id for row in client.get_bus_info()]
+
+
+def parse_address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    return host, int(port)
 
 
 def test_messages_of_any_size_and_latched(nodes: tuple[Node, Node]) -> None:
@@ -98,14 +110,19 @@ def test_a_publisher_without_datagrams_is_connected_over_tcp(
 ) -> None:
     """As rospy is: it takes the second protocol that it is offered."""
     talker, listener = nodes
-    answer = talker._parts.slave.methods["requestTopic"][0]
-    only_tcp = lambda peer, caller, topic, offered: answer(peer, caller, topic, offered[1:])  # noqa: E731
-    monkeypatch.setitem(talker._parts.slave.methods, "requestTopic", (only_tcp, 3, []))
+    request, offers = NodeClient.request_topic, []
+
+    def only_tcp(client: NodeClient, topic: str, offered: Any, **options: Any) -> list[object]:
+        offers.append([name for name, *_ in offered])
+        return request(client, topic, offered[1:], **options)
+
+    monkeypatch.setattr(NodeClient, "request_topic", only_tcp)
     publisher = talker.publisher("/words", "std_msgs/String", latch=True)
     publisher.publish(data="hello")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
     assert subscriber.next(timeout=10).data == "hello"
     assert only_link(listener).transport == "TCPROS"
+    assert offers == [["UDPROS", "TCPROS"]]
 
 
 def test_a_subscriber_that_leaves_is_noticed(nodes: tuple[Node, Node]) -> None:
@@ -121,14 +138,19 @@ def test_a_subscriber_that_leaves_is_noticed(nodes: tuple[Node, Node]) -> None:
     eventually(lambda: publisher.connections == 0)
 
 
-def test_a_publisher_that_forgot_us_is_asked_again(nodes: tuple[Node, Node]) -> None:
+def test_a_publisher_that_forgot_us_is_asked_again(master: Master, nodes: tuple[Node, Node]) -> None:
     """After some silence; one that has us still is left alone."""
     talker, listener = nodes
     publisher = talker.publisher("/words", "std_msgs/String")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
     publisher.wait_for_connection(timeout=10)
-    (link,) = talker._parts.topics.datagram_links()
-    link.close()
+    listener.publisher("/other", "std_msgs/String")  # the master knows the node still
+    (before,) = connections(talker)
+    with MasterClient(master.uri, listener.name) as in_its_name:
+        in_its_name.unregister_subscriber("/words", listener.uri)
+    talker.watch_master(period=60.0, full_check_every=1)
+    talker.look_at_master()
+    eventually(lambda: connections(talker) != [before])
     publisher.wait_for_connection(timeout=10)
     publisher.publish(data="again")
     assert subscriber.next(timeout=10).data == "again"
@@ -163,14 +185,15 @@ def test_what_came_during_a_slow_answer_is_passed_over(
             continue
 
 
-def test_who_asks_again_has_one_connection(nodes: tuple[Node, Node]) -> None:
+def test_who_asks_again_has_one_connection(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
     talker, listener = nodes
     publisher = talker.publisher("/words", "std_msgs/String")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
     publisher.wait_for_connection(timeout=10)
-    (before,) = talker._parts.topics.datagram_links()
-    subscriber._subscription.reconnect()
-    eventually(lambda: talker._parts.topics.datagram_links() not in ([before], []))
+    (before,) = connections(talker)
+    seconds = iter([3600.0, 3600.0])  # for each node
+    monkeypatch.setattr(SleepDetector, "slept", lambda *_: next(seconds, 0.0))
+    eventually(lambda: connections(talker) not in ([before], []))
     publisher.publish(data="again")
     assert subscriber.next(timeout=10).data == "again"
     assert publisher.connections == 1
@@ -185,13 +208,14 @@ def test_datagrams_of_strangers_change_nothing(
     publisher = talker.publisher("/words", "std_msgs/String")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
     publisher.wait_for_connection(timeout=10)
-    (outgoing,) = talker._parts.topics.datagram_links()
-    wrong = struct.pack("<IBBHII", outgoing.id, 0, 9, 1, 4, 1000)  # a text of 1000 bytes in 4
+    (number,) = connections(talker)
+    wrong = struct.pack("<IBBHII", number, 0, 9, 1, 4, 1000)  # a text of 1000 bytes in 4
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         for datagram in (b"noise", wrong, wrong.replace(b"\x09", b"\x0a")):
-            stranger.sendto(datagram, outgoing.sock.getpeername())
-    outgoing._number = 20
-    publisher.publish(data="still here")
+            stranger.sendto(datagram, parse_address(only_link(talker).address))
+    eventually(lambda: subscriber.errors)
+    for _ in range(11):  # the numbers 1 to 10 are late: the stranger has used 10
+        publisher.publish(data="still here")
     assert subscriber.next(timeout=10).data == "still here"
     assert [type(error) for error in subscriber.errors] == [CodecError]
     assert sum("is dropped" in record.message for record in caplog.records) == 1
@@ -203,12 +227,12 @@ def test_closing_ends_the_thread_at_once(nodes: tuple[Node, Node], when: str) ->
     publisher = talker.publisher("/words", "std_msgs/String")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
     publisher.wait_for_connection(timeout=10)
-    (link,) = subscriber._subscription.links.values()
+    (thread,) = (each for each in threading.enumerate() if each.name.startswith("rosproto:/words < "))
     if when == "quiet":
         publisher.close()
     subscriber.close()
-    link.join(5)
-    assert not link._thread.is_alive()
+    thread.join(5)
+    assert not thread.is_alive()
 
 
 @pytest.mark.promise("with `allow=` only to the addresses in it")

@@ -7,32 +7,35 @@ import pytest
 from rosproto.node import Node
 from rosproto.node.outgoing import publication as module
 from rosproto.node.outgoing.publication import BURST_GAP, BURST_LENGTH
+from rosproto.node.outgoing.subscriber_link import SubscriberLink
 
-
-class Link:
-    """A subscriber that notes how it was sent to."""
-
-    def __init__(self) -> None:
-        self.how: list[str] = []
-
-    def send(self, frame: bytes) -> None:
-        self.how.append("at once")
-
-    def send_soon(self, frame: bytes, now: float) -> bool:
-        self.how.append("joined")
-        return False
+pytestmark = pytest.mark.parametrize("nodes", [False], indirect=True, ids=["tcp"])
 
 
 def publish_every(seconds: float, nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """How messages go out that the program publishes so long after each other."""
-    now, link = [100.0], Link()
-    with nodes[0].publisher("/burst", "std_msgs/String") as publisher, monkeypatch.context() as patch:
+    now, how = [100.0], []
+
+    def send(link: SubscriberLink, frame: bytes) -> None:
+        how.append("at once")
+
+    def send_soon(link: SubscriberLink, frame: bytes, now: float) -> bool:
+        how.append("joined")
+        return False
+
+    with (
+        nodes[0].publisher("/burst", "std_msgs/String") as publisher,
+        nodes[1].subscriber("/burst", "std_msgs/String"),
+        monkeypatch.context() as patch,
+    ):
+        publisher.wait_for_connection(20)
         patch.setattr(module, "perf_counter", lambda: now[0])
-        patch.setattr(publisher._publication, "links", (link,))
+        patch.setattr(SubscriberLink, "send", send)
+        patch.setattr(SubscriberLink, "send_soon", send_soon)
         for _ in range(10 * BURST_LENGTH):
             now[0] += seconds
             publisher.publish(data="x")
-    return link.how
+    return how
 
 
 def test_a_loop_that_does_little_else_than_publish_is_a_burst(

@@ -12,6 +12,7 @@ import pytest
 from rosproto import Master
 from rosproto.node import Node
 from rosproto.node.events import Event, EventKind, Events
+from rosproto.node.outgoing.publication import Publication
 from tests.support.victim import eventually
 
 String = "std_msgs/String"
@@ -103,18 +104,16 @@ def test_who_closes_a_subscriber_of_this_process_is_who_is_told(monkeypatch: pyt
         subscriber = b.subscriber("/slowly", String)
         publisher.publish(data="x")
         subscriber.next(5)
-        publication = a._parts.topics.publication("/slowly")
-        assert publication is not None
-        detach = publication.detach
+        detach = Publication.detach
 
-        def slow(link: Any) -> None:
+        def slow(publication: Publication, link: Any) -> None:
             if threading.current_thread() is threading.main_thread():
                 other.wait(0.1)
             else:
                 other.set()
-            detach(link)
+            detach(publication, link)
 
-        monkeypatch.setattr(publication, "detach", slow)
+        monkeypatch.setattr(Publication, "detach", slow)
         subscriber.close()
     assert heard == [threading.main_thread().name]
 
