@@ -16,7 +16,6 @@ from tests.support.fleet import LIMITS, action, instant, order_json
 from woosh_pure.fleet.messages.parsing import Invalid, read_instant_actions, read_order
 from woosh_pure.fleet.order import events, first_state, read_state, step
 from woosh_pure.fleet.order.errors import Level, Problem
-from woosh_pure.fleet.order.tables import ActionStatus
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
 __all__ = ["FILE", "SEEDS", "EventSource", "ReplayedMachine", "lines"]
@@ -80,7 +79,6 @@ EVENTS_OF: dict[str, Callable[..., events.Event]] = {
     "too fast": lambda: events.DriveTooFast("it was too fast"),
     "drive ended": lambda token, arrived, known: events.DriveEnded(token, arrived, "", known),
     "action ended": lambda name, ok, known: events.ActionEnded(name, ok, "", known),
-    "action runs": lambda name, status: events.ActionProgress(name, ActionStatus(status)),
     "mode": events.ModeChanged,
     "shut down": lambda: events.ShutDown("it was ended"),
     "restart": events.Restarted,
@@ -219,8 +217,6 @@ class EventSource:
         if not self.running:
             return None
         name = self.random.choice(self.running)
-        if self.random.random() < 0.2:
-            return "action runs", name, self.random.choice(("INITIALIZING", "RUNNING", "PAUSED"))
         self.running.remove(name)
         return "action ended", name, self.random.random() < 0.7, self.random.random() < 0.8
 

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, Order
 from woosh_pure.fleet.messages.parsing import Invalid
 from woosh_pure.fleet.order.errors import Problem
-from woosh_pure.fleet.order.tables import ActionStatus
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 
 # -- events --------------------------------------------------------------------------------------------------
@@ -77,14 +76,6 @@ class StopEnded:
 
 
 @dataclass(frozen=True, slots=True)
-class ActionProgress:
-    """A running action has changed its status."""
-
-    action_id: str
-    status: ActionStatus = ActionStatus.RUNNING
-
-
-@dataclass(frozen=True, slots=True)
 class ActionEnded:
     """An action has ended; `known` as in `DriveEnded`."""
 
@@ -147,7 +138,7 @@ class ShutDown:
 
 Event = (
     Order | InstantActions | MalformedMessage | PositionMeasured | StandingMeasured | ContactChanged
-    | DriveEnded | DriveTooFast | StopEnded | ActionProgress | ActionEnded | ModeChanged | MapsChanged
+    | DriveEnded | DriveTooFast | StopEnded | ActionEnded | ModeChanged | MapsChanged
     | RetryDue | DiskFailed | DiskRecovered | ProblemChanged | Restarted | ShutDown
 )  # fmt: skip
 

@@ -178,12 +178,6 @@ def _stop_ended(change: Transition, event: events.StopEnded) -> None:
     change.change_motion(MotionEvent.STOPPED if event.standing else MotionEvent.NOT_STOPPED)
 
 
-def _action_progress(change: Transition, event: events.ActionProgress) -> None:
-    known = change.state.action_state(event.action_id)
-    if known is not None and known.status.begun and event.status.begun:
-        change.set_action(event.action_id, event.status)
-
-
 def _action_ended(change: Transition, event: events.ActionEnded) -> None:
     ended = change.state.action_state(event.action_id)
     if ended is None or not ended.status.begun:
@@ -277,7 +271,6 @@ _EVENTS: Mapping[type, Callable[[Transition, Any], None]] = {
     events.DriveEnded: _drive_ended,
     events.DriveTooFast: _drive_too_fast,
     events.StopEnded: _stop_ended,
-    events.ActionProgress: _action_progress,
     events.ActionEnded: _action_ended,
     events.RetryDue: lambda change, event: change.release(Hold.FAILED),
     events.ModeChanged: _mode,

@@ -68,12 +68,10 @@ class MotionEvent(Enum):
 
 
 class ActionStatus(str, Enum):
-    """`actionStatus`."""
+    """`actionStatus`; an action is never INITIALIZING or PAUSED."""
 
     WAITING = "WAITING"
-    INITIALIZING = "INITIALIZING"
     RUNNING = "RUNNING"
-    PAUSED = "PAUSED"
     FINISHED = "FINISHED"
     FAILED = "FAILED"
 
@@ -85,7 +83,7 @@ class ActionStatus(str, Enum):
     @property
     def begun(self) -> bool:
         """True while it runs."""
-        return not self.final and self is not ActionStatus.WAITING
+        return self is ActionStatus.RUNNING
 
 
 class Hold(Enum):
@@ -131,11 +129,9 @@ STOPPING  !        !        !         .          .         .         !         S
 """
 
 _ACTION = """
-              INITIALIZING  RUNNING  PAUSED  FINISHED  FAILED
-WAITING       !             +        !       !         +
-INITIALIZING  +             +        +       +         +
-RUNNING       +             +        +       +         +
-PAUSED        +             +        +       +         +
+         RUNNING  FINISHED  FAILED
+WAITING  +        !         +
+RUNNING  !        +         +
 """
 
 PREVENTED_ACTIVITIES = {
