@@ -93,7 +93,7 @@ class Watched(PureVehicle):
             assert set(self.running.values()) <= {"NONE"}, f"drives beside {self.running}"
             assert kept is not None
             assert kept["driving"], "driven without a disk"
-            assert not self.disk.full
+            assert not self.disk.full or kept == state.to_json(), "driven without a disk"
             assert not state.paused
             assert not state.held
             assert state.mode == "AUTOMATIC"
