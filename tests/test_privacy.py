@@ -160,6 +160,10 @@ def reaches(source: Source) -> Iterator[str]:
                     yield f"{source.module}:{node.lineno} from {origin} import {alias.name}"
             if private(origin.rpartition(".")[2]) and not part_of_the_same_package(origin, source):
                 yield f"{source.module}:{node.lineno} from {origin} import ..."
+        elif isinstance(node, ast.Import):
+            for alias in node.names:
+                if private(alias.name.rpartition(".")[2]):
+                    yield f"{source.module}:{node.lineno} import {alias.name}"
         elif isinstance(node, ast.Call) and ast.unparse(node.func) in ACCESSORS:
             owner, name = node.args[0], ast.unparse(node.args[1]).strip("'")
             if private(name) and not own_object(owner) and name not in known:
@@ -167,12 +171,9 @@ def reaches(source: Source) -> Iterator[str]:
 
 
 def part_of_the_same_package(module: str, source: Source) -> bool:
-    """Whether `module` is a private file, and `source` stands in the folder that it is a part of.
-
-    Python's own private modules (`_md5`) stand in no folder.
-    """
+    """Whether `module` is a private file, and `source` stands in the folder that it is a part of."""
     folder = module.rpartition(".")[0]
-    return not folder or (module in project() and f"{source.package}.".startswith(f"{folder}."))
+    return module in project() and f"{source.package}.".startswith(f"{folder}.")
 
 
 def test_a_file_uses_no_private_name_of_another() -> None:
@@ -191,6 +192,8 @@ def test_a_file_uses_no_private_name_of_another() -> None:
         "def f(x): setattr(x, '_hidden', 1)",
         "def f(x): getattr(x, '_hidden', None)",
         "from rosproto.rospy.modules.tf._matrices import EPS",
+        "from _md5 import md5",
+        "import _socket",
     ],
 )
 def test_the_watch_sees_a_reach(text: str) -> None:

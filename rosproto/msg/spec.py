@@ -10,13 +10,8 @@ Named tuples, not dataclasses: six frozen dataclasses and the modules they impor
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from hashlib import md5
 from typing import NamedTuple
-
-try:
-    # hashlib's own fallback, without loading OpenSSL.
-    from _md5 import md5  # type: ignore[import-not-found]
-except ImportError:
-    from hashlib import md5
 
 BUILTIN_TYPES = frozenset(
     "bool int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 "

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import os
 import sys
 import zipfile
@@ -13,7 +11,7 @@ import pytest
 
 from rosproto.errors import DefinitionError
 from rosproto.files import MOST_BYTES
-from rosproto.msg import DefinitionLibrary, bundled, parse_message, spec
+from rosproto.msg import DefinitionLibrary, bundled, parse_message
 from rosproto.msg.definition_files import FileTree, ResourceTree
 from rosproto.msg.user_folder import environment_paths
 
@@ -25,22 +23,6 @@ def package(folder: Path, **texts: str) -> Path:
         (folder / "m" / kind).mkdir(parents=True, exist_ok=True)
         (folder / "m" / kind / f"{name}.{kind}").write_text(text)
     return folder / "m"
-
-
-def test_the_md5sum_without_the_small_module(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pythons without _md5 take hashlib's."""
-    monkeypatch.setitem(sys.modules, "_md5", None)
-    found = importlib.util.spec_from_file_location("spec_again", spec.__file__)
-    assert found is not None
-    assert found.loader is not None
-    again = importlib.util.module_from_spec(found)
-    found.loader.exec_module(again)
-    assert again.md5.__module__ != spec.md5.__module__
-    assert (
-        again.md5sum_of_texts("bool data")
-        == "8b94c1b53db61fb6aed406028ad6332a"
-        == spec.md5sum_of_texts("bool data")
-    )
 
 
 def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:

@@ -368,7 +368,7 @@ def test_reading_definitions_loads_no_heavy_modules() -> None:
     program = (
         "import sys; import rosproto.msg; rosproto.msg.bundled().full_text('sensor_msgs/LaserScan');"
         "rosproto.msg.bundled().md5sum('sensor_msgs/LaserScan');"
-        "heavy = {'inspect', 'hashlib', 'dataclasses', 'importlib.resources', 'importlib.metadata', 'numpy',"
+        "heavy = {'inspect', 'dataclasses', 'importlib.resources', 'importlib.metadata', 'numpy',"
         "'pkgutil', 'difflib', 'ast'};"
         "heavy -= {'ast'} if sys.version_info >= (3, 14) else set();"  # its NamedTuple needs it
         "print(sorted(heavy & set(sys.modules)))"
