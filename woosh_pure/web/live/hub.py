@@ -49,7 +49,7 @@ class Workers:
         return future
 
     def close(self) -> None:
-        """Accept no more jobs. Running jobs end in a bounded time."""
+        """End the threads after their jobs, which take a bounded time. A later job starts new ones."""
         threads, self._threads = self._threads, None
         if threads is not None:
             threads.shutdown(wait=False, cancel_futures=False)
