@@ -98,12 +98,15 @@ class BackgroundOutput:
 
         Only the main thread waits: other threads only log.
         """
-        self.settle()
-        self._fail()
+        if not sys.is_finalizing():
+            self.settle()
+            self._fail()
 
     def settle(self) -> None:
-        """Like `flush`, but ignore errors."""
-        if not self._unread and threading.current_thread() is threading.main_thread():
+        """Like `flush`, but ignore errors. At the end of the interpreter the thread no longer runs."""
+        if self._unread or sys.is_finalizing():
+            return
+        if threading.current_thread() is threading.main_thread():
             self._unread = not self.written(_MOMENT)
 
     def written(self, timeout: float | None) -> bool:
@@ -153,16 +156,17 @@ class BackgroundOutput:
 
 @contextmanager
 def in_background() -> Iterator[None]:
-    """Replace stdout and stderr by `BackgroundOutput` within the block."""
-    before: Any = sys.stdout, sys.stderr
+    """Replace stdout and stderr by `BackgroundOutput`, and write what is queued when the block ends.
+
+    They stay replaced: the interpreter itself may print at its end, as of an error in a destructor, and would
+    wait for the reader for ever. Its last messages go to `sys.__stderr__`.
+    """
     try:
         out = _of(sys.stdout, waits=True)
-        ours: Any = (
-            out,
-            _of(sys.stderr, waits=False, after=out if isinstance(out, BackgroundOutput) else None),
-        )
+        ours = out, _of(sys.stderr, waits=False, after=out if isinstance(out, BackgroundOutput) else None)
     except RuntimeError:  # no thread can be started: write directly
-        ours = before
+        yield
+        return
     sys.stdout, sys.stderr = ours
     try:
         yield
@@ -173,8 +177,8 @@ def in_background() -> Iterator[None]:
                     stream.written(None if stream.waits else _AT_THE_END)
         except (KeyboardInterrupt, Terminated):
             pass  # discard the rest
-        if (sys.stdout, sys.stderr) == ours:
-            sys.stdout, sys.stderr = before
+        hurry()
+        sys.__stdout__, sys.__stderr__ = ours  # type: ignore[misc]
 
 
 def _of(stream: Any, *, waits: bool, after: BackgroundOutput | None = None) -> Any:

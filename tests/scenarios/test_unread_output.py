@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import socket
+import subprocess
 import sys
 import time
 
@@ -16,7 +17,7 @@ from rosproto import Master, Node
 from tests.support.extras import needs
 from tests.support.ports import unused_port
 from tests.support.terminal import Terminal
-from tests.support.unread import unread_command
+from tests.support.unread import ROOT, full_pipe, unread_command
 
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 143, signal.SIGQUIT: 143}
 SIGNALS = [
@@ -138,6 +139,37 @@ def test_a_server_ends_by_a_signal(number, graph, until):
         until(serves, 30.0)
         command.send_signal(number)
         assert command.wait(15) in (0, 130)
+
+
+FAILS_LATE = """
+import gc, sys
+from rosproto.cli import main
+gc.disable()
+class Late:
+    def __del__(self): raise ValueError
+a, b = Late(), Late()
+a.itself = a  # found by the last collection
+def late(): return b  # found when the interpreter takes its modules apart
+if {collected}: del a
+else: del a.itself
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("collected", [True, False])
+def test_a_command_ends_although_the_interpreter_prints_at_its_end(collected):
+    """Python says of an error in a destructor that it is ignored, and waits for the reader of that sentence."""
+    program = FAILS_LATE.format(collected=collected)
+    with (
+        full_pipe() as pipe,
+        subprocess.Popen(
+            [sys.executable, "-c", program, "--help"], stdout=subprocess.DEVNULL, stderr=pipe, cwd=ROOT
+        ) as command,
+    ):
+        try:
+            assert command.wait(30) == 0
+        finally:
+            command.kill()
 
 
 def test_a_bag_is_played_to_its_end(graph, tmp_path):
