@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any
 
-import pytest
+from tests.support.websocket import connect
 
 SECONDS = 20.0
 
@@ -16,11 +16,8 @@ class RosbridgeClient:
     """One connection; close it, or use it in a `with` block."""
 
     def __init__(self, url: str, **options: Any) -> None:
-        client = pytest.importorskip(
-            "websockets.sync.client", reason='websockets is not installed: pip install ".[bridge]"'
-        )
         self._stack = ExitStack()
-        connecting = client.connect(
+        connecting = connect(
             url, open_timeout=SECONDS, close_timeout=2, compression=None, max_size=None, **options
         )
         self._ws = self._stack.enter_context(connecting)

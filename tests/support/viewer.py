@@ -9,7 +9,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any
 
-import pytest
+from tests.support.websocket import connect
 
 __all__ = ["Viewer"]
 
@@ -26,11 +26,8 @@ class Viewer:
     """
 
     def __init__(self, url: str, protocol: str = "foxglove.sdk.v1", **options: Any) -> None:
-        client = pytest.importorskip(
-            "websockets.sync.client", reason='websockets is not installed: pip install ".[bridge]"'
-        )
         self._stack = ExitStack()
-        connection = client.connect(url, subprotocols=[protocol], max_size=None, **options)
+        connection = connect(url, subprotocols=[protocol], max_size=None, **options)
         self.socket: Any = self._stack.enter_context(connection)
         self.channels: dict[str, dict[str, Any]] = {}
         self.services: dict[str, dict[str, Any]] = {}

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rosproto import Node
+from tests.support.websocket import connect
 from woosh_pure import Chassis
 
 LATEST = 10.0
@@ -97,8 +98,6 @@ class PageClient:
     """A page: acknowledges each frame, and drives the robot on request."""
 
     def __init__(self, port: int, path: str = "/api/v1/live", *, acks: bool = True, **options: Any) -> None:
-        from websockets.sync.client import connect
-
         self._context = connect(
             f"{'wss' if 'ssl' in options else 'ws'}://127.0.0.1:{port}{path}",
             open_timeout=10,

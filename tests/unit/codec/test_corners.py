@@ -493,3 +493,21 @@ def test_fixed_arrays_of_the_reference_codec_that_end_early() -> None:
     for end in range(len(data)):
         with pytest.raises(CodecError, match=r"a/Fixed"):
             decode(cls, data[:end])
+
+
+def test_a_class_that_another_thread_has_made_meanwhile_is_taken() -> None:
+    library = bundled().fork()
+    made = message_class("std_msgs/String", library)
+
+    class Late(dict[Any, Any]):
+        """Knows nothing when it is asked first."""
+
+        asked = 0
+
+        def get(self, key: Any, default: Any = None) -> Any:
+            self.asked += 1
+            return default if self.asked == 1 else super().get(key, default)
+
+    vars(library)["_classes"] = late = Late(vars(library)["_classes"])
+    assert message_class("std_msgs/String", library) is made
+    assert late.asked == 2

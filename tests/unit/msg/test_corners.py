@@ -13,6 +13,7 @@ from rosproto.errors import DefinitionError
 from rosproto.files import MOST_BYTES
 from rosproto.msg import DefinitionLibrary, bundled, parse_message
 from rosproto.msg.definition_files import FileTree, ResourceTree
+from rosproto.msg.spec import unfolded
 from rosproto.msg.user_folder import environment_paths
 
 
@@ -139,3 +140,12 @@ def test_folders_in_the_environment() -> None:
     assert environment_paths({}) == []
     assert environment_paths({"ROSPROTO_MSG_PATH": os.pathsep.join(["/a", "", "/b"])}) == ["/a", "/b"]
     assert isinstance(environment_paths(), list)
+
+
+def test_a_message_is_unfolded_with_the_messages_in_it() -> None:
+    library = DefinitionLibrary()
+    library.add(parse_message("uint8 ONE=1\nuint8 kind\n", "a/Inner"))
+    library.add(parse_message("a/Inner[2] pair\nstring name\n", "a/Outer"))
+    assert list(unfolded(library.message("a/Outer"), library.message)) == [
+        "a/Inner[2] pair", "  uint8 ONE=1", "  uint8 kind", "string name",
+    ]  # fmt: skip
