@@ -17,6 +17,7 @@ import rosproto
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.node import NodeClient
 from tests.support.doors import held, in_thread
+from tests.support.load import crowd
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -191,7 +192,7 @@ def test_goals_are_cancelled_when_another_node_takes_our_name(sim, real_time, un
     chassis.move(2.0) if verb == "steps" else begin(chassis, verb)
     until(lambda: not stands(sim))
     by_the_master(chassis.node)
-    until(lambda: stands(sim) and not sim.world.tasks.busy, 2.0, "standing")
+    until(lambda: stands(sim) and not sim.world.tasks.busy, 2.0 * crowd(), "standing")
     with contextlib.suppress(ConnectionLost):
         chassis.close()
 
