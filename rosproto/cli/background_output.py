@@ -161,12 +161,12 @@ def in_background() -> Iterator[None]:
     They stay replaced: the interpreter itself may print at its end, as of an error in a destructor, and would
     wait for the reader for ever. Its last messages go to `sys.__stderr__`.
     """
+    ours: tuple[Any, Any]
     try:
         out = _of(sys.stdout, waits=True)
         ours = out, _of(sys.stderr, waits=False, after=out if isinstance(out, BackgroundOutput) else None)
     except RuntimeError:  # no thread can be started: write directly
-        yield
-        return
+        ours = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = ours
     try:
         yield
