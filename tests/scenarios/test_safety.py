@@ -20,6 +20,8 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from tests.scenarios.test_ends_of_programs import program, start
 from tests.support.doors import held, in_thread
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
+from woosh_pure.enums import RobotState
+from woosh_pure.readiness.readiness_state import ReadinessState
 from woosh_pure.reasons import Ready
 from woosh_pure.values.messages import message_type
 from woosh_pure.velocity import end_conditions
@@ -361,6 +363,29 @@ def test_a_goal_of_ones_own_that_drives_the_robot_is_one_like_the_others(sim, ch
     until(lambda: chassis.readiness().answer is Ready.NO)
     with pytest.raises(MotionRefused, match="emergency stop"):
         chassis.action("/woosh_auto_dock", goal("AutoDock2"))
+
+
+@pytest.mark.parametrize("what", ["goal", "velocity"])
+def test_the_emergency_stop_is_named_although_its_code_comes_after_the_state(sim, chassis, monkeypatch, what):
+    """State and code come on two topics: the weaker sentence ("the robot reports a fault") waits for the code."""
+    with held(monkeypatch, ReadinessState, "_on_status_code") as (came, go_on), contextlib.ExitStack() as stack:
+        chassis.wait_until_ready()
+        late = threading.Timer(0.1, go_on.set)
+        stack.callback(late.join)
+        stack.callback(go_on.set)
+        if what == "velocity":
+            drive = chassis.velocity(bypasses_protection=True).__enter__()
+            drive.set(0.1, valid_for=5.0)
+        sim.press_emergency_stop()
+        assert came.wait(10.0)
+        chassis.status.wait_for(lambda s: s.robot_state is RobotState.FAULT, 10.0)
+        late.start()
+        with pytest.raises(MotionRefused, match="emergency stop"):
+            if what == "velocity":
+                drive.hold(0.1, seconds=10.0)
+            else:
+                chassis.go_to(1.0, 0.0)
+    sim.release_emergency_stop()
 
 
 # -- the chassis goes away -------------------------------------------------------------------------------------

@@ -180,6 +180,11 @@ def _order(reason: Reason) -> tuple[bool, bool, bool]:
     return not pressed, not reason.blocking, not reason.doubt
 
 
+def lacks_code(readiness: Readiness) -> bool:
+    """Whether a fault is known by the robot's state only, so that no status code says which one."""
+    return _OF_STATE[RobotState.FAULT] in readiness.reasons
+
+
 def status_shows_fitness(status: RobotStatus) -> bool:
     """Whether the state shows that nothing stops the robot, so that earlier causes are over."""
     automatic = status.robot_mode not in (RobotMode.MANUAL, RobotMode.MAINTENANCE)

@@ -16,7 +16,7 @@ from woosh_pure.errors import MotionRefused
 from woosh_pure.faults import ActiveFaults, Faults, StatusCode
 from woosh_pure.feed.feeds import Feeds
 from woosh_pure.outcome import Outcome, OutcomeKind
-from woosh_pure.readiness.assessment import Refusals, assess, status_shows_fitness, triggered_keys
+from woosh_pure.readiness.assessment import Refusals, assess, lacks_code, status_shows_fitness, triggered_keys
 from woosh_pure.reasons import Readiness
 from woosh_pure.values import RobotStatus
 from woosh_pure.values.messages import message_type
@@ -82,6 +82,7 @@ def _client_of(goal_id: str) -> str:
     return name if rest else goal_id
 
 
+_CODE_FOLLOWS = 0.3  # seconds after /robot_status within which the /status_code of the same fault comes
 _STALE = 30.0  # seconds after which /battery may be out of date
 
 
@@ -152,7 +153,24 @@ class ReadinessState:
             scope.require_wanted("readiness")  # `wait_until_ready` calls this repeatedly
         self._listen("battery", "status", "status_code", "inputs")
         self.other_goals.listen(self._connection.open_node())
-        return self.known_readiness()
+        return self.explained_readiness()
+
+    def explained_readiness(self) -> Readiness:
+        """As `known_readiness`, after the code of a fault that /robot_status has only just reported.
+
+        The chassis sends both at once, on two links, in either order. Without the code the reason would be "the
+        robot reports a fault" in place of, say, "the emergency stop is pressed". Waits 0.3 s at most.
+        """
+        while self.awaits_code(readiness := self.known_readiness()):
+            time.sleep(0.01)
+        return readiness
+
+    def awaits_code(self, readiness: Readiness | None) -> bool:
+        """Whether a fault is known without its code, and so lately that the code may still come; never waits."""
+        feed = self._feeds.used("status")
+        status = None if feed is None or feed.in_callback else feed.known
+        fresh = status is not None and status.age < _CODE_FOLLOWS
+        return fresh and readiness is not None and lacks_code(readiness)
 
     def known_readiness(self) -> Readiness:
         """As `readiness`, from the messages received so far. Never waits, so a drive may call it any time."""
@@ -250,6 +268,6 @@ class ReadinessState:
         self._connection.require_open()
         self._require_not_over()
         self._listen("battery", "status", "status_code", "velocity")
-        readiness = self.known_readiness()
+        readiness = self.explained_readiness()
         if check and readiness.refuses:
             raise MotionRefused(say("{what} refused, nothing was sent", what=what), readiness=readiness)

@@ -304,6 +304,10 @@ class Drive:
                 if problem is not None:
                     if isinstance(problem, ConnectionLost):
                         self._components.velocity.zero_is_due(self.topic)
+                    while self._end_conditions.awaits_code(problem) and not self._over.is_set:
+                        self._components.velocity.zero(self.topic)
+                        time.sleep(0.02)
+                        problem = self._end_conditions.with_code(problem)
                     self._end(problem)
                     break
                 velocity = self._shaper.next(time.monotonic())

@@ -156,6 +156,14 @@ class EndConditions:
         """
         return self._paused() or (self._blocked() if self._check else None) or self._lost(sent)
 
+    def awaits_code(self, problem: RosError) -> bool:
+        """Whether the code that says which fault ended the drive may still be on its way."""
+        return isinstance(problem, MotionRefused) and self._readiness_state.awaits_code(problem.readiness)
+
+    def with_code(self, problem: RosError) -> RosError:
+        """The same problem with the reasons that are known by now."""
+        return self._blocked() or problem
+
     def _paused(self) -> RosError | None:
         """The process was suspended (SIGSTOP, a debugger, a closed laptop) while the robot was driving."""
         now = boot_seconds()
