@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.extras import needs
 from tests.support.robot_pool import RobotPool
 from tests.support.warm import WarmPython
 
@@ -96,6 +97,10 @@ woosh_pure.SimulatedChassis = SimulatedChassis
 """Without the parts of a simulated chassis that carry no content, which cost most of its start."""
 
 
+EXTRAS = {"Rosbridge": "bridge", "Foxglove": "foxglove", "fastapi": "web"}
+"""What a snippet imports, and the extra that it needs."""
+
+
 @pytest.fixture(scope="module")
 def python() -> Iterator[WarmPython]:
     with WarmPython() as warm:
@@ -112,6 +117,9 @@ def robots() -> Iterator[RobotPool]:
 @pytest.mark.parametrize(("place", "code"), SNIPPETS, ids=[place for place, _ in SNIPPETS])
 def test_a_snippet_runs(place: str, code: str, python: WarmPython, robots: RobotPool, tmp_path: Path) -> None:
     """A reader who pastes it into a file gets what the page promises: no error."""
+    for name, extra in EXTRAS.items():
+        if re.search(rf"import .*\b{name}\b|from {name} ", code):
+            needs(extra)
     script = tmp_path / "snippet.py"
     robot = robots.take(speed=8.0) if ROBOT_USED in code else None
     if robot is not None:  # what is said of a robot is run on a simulated one

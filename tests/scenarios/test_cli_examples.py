@@ -19,6 +19,7 @@ import pytest
 import rosproto
 from rosproto.bag import BagWriter
 from rosproto.cli.entry import EXAMPLES as ROSPROTO
+from tests.support.extras import needs
 from tests.support.options import Result, ctrl_c, run
 from tests.support.robot_pool import Robot
 from tests.support.tunable import Tunable
@@ -169,6 +170,8 @@ def test_an_example_of_help_does_what_it_promises(
 ) -> None:
     """It ends with 0, or goes on and shows something until Ctrl-C."""
     way = WAYS.get(line, Way())
+    for extra in {"bridge", "foxglove", "web"} & set(line.split()):  # the extra has the name of its command
+        needs(extra)
     for before in way.first:
         prog, *words = words_of(before, sim)
         assert run(prog, words).code == 0
