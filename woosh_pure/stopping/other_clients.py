@@ -33,7 +33,7 @@ from woosh_pure.stopping.stop_executor import Job, begin
 from woosh_pure.values.messages import message_type
 
 logger = get_logger("woosh_pure.stop")
-_ANSWER = 2.0  # seconds for the master
+_ANSWER = 2.0  # seconds that the master has at least
 _TASK_FIRST = 0.5
 _LEAST = 1.0
 """Seconds that every step may take, however near the deadline is."""
@@ -59,25 +59,27 @@ class Registrations:
 
     Args:
         connection: The connection to the master.
+        deadline: The master is asked at least until then: a busy one answers late.
 
     Attributes:
         missing: Names without a node, in the order of the calls of `miss`.
     """
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: Connection, deadline: Deadline) -> None:
         self._connection = connection
+        self._seconds = max(_ANSWER, deadline.remaining() or 0.0)
         self._state: SystemState | None = None
         self._own_name = ""
         self._lock = threading.Lock()
         self.missing: list[str] = []
-        self._asking = Job(self._ask, _ANSWER)
+        self._asking = Job(self._ask, self._seconds)
         begin(self._asking, "woosh:registrations")
 
     def _ask(self) -> None:
         try:
             node = self._connection.open_node()
             self._own_name = node.name
-            self._state = node.master.get_system_state(timeout=_ANSWER)
+            self._state = node.master.get_system_state(timeout=self._seconds)
         except (RosError, OSError, RuntimeError) as error:
             logger.debug("! who is there is not known: %s", error)
 
@@ -180,6 +182,7 @@ def _cancel_action(run: StopRun, name: str, cancelled: list[str]) -> None:
     An action client is not used, because its five topics would have to be registered first.
     """
     topic, registrations = f"{name}/cancel", run.registrations
+    registrations.wait(_ANSWER)  # costs nothing: without the master nobody connects to the topic
     if registrations.lacks_subscriber(topic):
         registrations.miss(name)
         return
@@ -217,6 +220,7 @@ def _cancel_task(run: StopRun) -> None:
         status = None
     if status is not None and not status.task_state.is_under_way:
         return
+    run.registrations.wait(_ANSWER)
     if run.registrations.lacks_service("/exec_task"):
         run.registrations.miss("/exec_task")
         return

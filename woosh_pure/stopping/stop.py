@@ -74,7 +74,7 @@ def _stop(
     deadline = Deadline(timeout)
     ending.written.wait(_WRITTEN)
     report.problems += ending.problems
-    registrations = Registrations(components.connection)
+    registrations = Registrations(components.connection, deadline)
     run = StopRun(components, registrations, report, deadline)
     # Zeros, cancels and the search for other drivers run at the same time: none waits for another.
     zeros = Job(partial(_zeros, run), timeout + _LISTENERS)
