@@ -16,6 +16,7 @@ from rosproto.protocol.wire_limits import Limits
 PAGE = (Path(__file__).resolve().parent.parent / "SECURITY.md").read_text("utf-8")
 
 RUNS_CODE = {
+    "rosproto/cli/expression.py": "a filter that the user types, its syntax tree checked before",
     "rosproto/codec/conversion.py": "values carried over between two revisions, from names of fields",
     "rosproto/codec/generated_source.py": "encoders and decoders, from definitions",
     "rosproto/rospy/launch.py": "a program of the user's: `rosproto run`",

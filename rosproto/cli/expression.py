@@ -1,61 +1,41 @@
-"""Filter expressions typed by a person, evaluated by walking the syntax tree, without eval.
+"""Filter expressions typed by a person: a part of Python's expressions, compiled once, without builtins.
 
-The language is a safe subset of Python's expressions: literals, field access, indexing and slices,
-arithmetic, comparison, `and`/`or`/`not`, `in`, conditional expressions, generator expressions over arrays,
-and the functions of `FUNCTIONS`. `rostopic echo --filter` and `rosbag filter` evaluate the same texts
-with eval; here an untrusted text can only compute a value, within the limits of `expression_sandbox`.
+The language is literals, fields, indexing and slices, arithmetic, comparison, `and`/`or`/`not`, `in`,
+conditional expressions, loops over arrays, and the functions of `FUNCTIONS`. `rostopic echo --filter` and
+`rosbag filter` evaluate the same texts with all of Python. Time and memory are not limited: the text is the
+user's own.
 """
 
 from __future__ import annotations
 
 import ast
 import math
-import operator
-from collections.abc import Callable, Iterable, Mapping
+import warnings
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rosproto.typed_values import expression_tree
 
-from .expression_sandbox import FUNCTIONS, STRING_METHODS, Bounds, LimitExceeded
-
-MAX_TEXT = 4096
-MAX_NODES = 500
-MAX_DEPTH = 60
-MAX_CONSTANT_BITS = 4096
-
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    **{f.__name__: f for f in (abs, all, any, bool, float, int, len, max, min, round, sorted, str, sum)},
+    **{name: getattr(math, name) for name in (
+        "acos asin atan atan2 ceil copysign cos degrees exp fabs floor fmod hypot "
+        "isfinite isinf isnan log log10 log2 radians sin sqrt tan"
+    ).split()},
+}  # fmt: skip
+METHODS = frozenset("startswith endswith lower upper strip split find count to_sec to_nsec".split())
+"""Methods of texts and of times."""
 CONSTANTS: dict[str, object] = {"pi": math.pi, "inf": math.inf, "nan": math.nan}
 
-BINARY: dict[type[ast.operator], str] = {
-    ast.Add: "add",
-    ast.Sub: "sub",
-    ast.Mult: "mul",
-    ast.Div: "truediv",
-    ast.FloorDiv: "floordiv",
-    ast.Mod: "mod",
-    ast.Pow: "pow",
-    ast.BitAnd: "and_",
-    ast.BitOr: "or_",
-    ast.BitXor: "xor",
-    ast.RShift: "rshift",
-}
-UNARY: dict[type[ast.unaryop], str] = {
-    ast.Not: "not_",
-    ast.USub: "neg",
-    ast.UAdd: "pos",
-    ast.Invert: "invert",
-}
-COMPARE: dict[type[ast.cmpop], Callable[..., object]] = {
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-    ast.In: lambda a, b: a in b,
-    ast.NotIn: lambda a, b: a not in b,
-    ast.Is: operator.is_,
-    ast.IsNot: operator.is_not,
-}
+_OPERATORS = (
+    ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow, ast.BitAnd, ast.BitOr, ast.BitXor,
+    ast.RShift,
+)  # fmt: skip
+_LANGUAGE = (
+    ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.BinOp, ast.UnaryOp, ast.BoolOp,
+    ast.Compare, ast.IfExp, ast.Call, ast.Tuple, ast.List, ast.GeneratorExp, ast.ListComp, ast.comprehension,
+    ast.expr_context, ast.unaryop, ast.cmpop, ast.boolop, *_OPERATORS,
+)  # fmt: skip
 
 
 class ExpressionError(ValueError):
@@ -86,196 +66,129 @@ class Expression:
 
     def __init__(self, text: str, names: Iterable[str] = ("m",)) -> None:
         self.text = text
-        self.names = frozenset(names)
-        if len(text) > MAX_TEXT:
-            raise ExpressionError(f"longer than {MAX_TEXT} characters", text[:40] + "…")
         try:
-            root = expression_tree(text)
+            root = _Checked(text, frozenset(names)).visit(expression_tree(text))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of Python about style, such as `m.x is 1`
+                self._code = compile(ast.fix_missing_locations(ast.Expression(root)), "<filter>", "eval")
+        except ExpressionError:
+            raise
         except SyntaxError as error:
             raise ExpressionError(f"not a Python expression: {error.msg}", text, error.offset) from None
         except (ValueError, RecursionError, MemoryError) as error:
             raise ExpressionError(f"not a Python expression: {error}", text) from None
-        nodes = list(ast.walk(root))
-        if len(nodes) > MAX_NODES:
-            raise ExpressionError(f"more than {MAX_NODES} parts", text)
-        if _depth(root) > MAX_DEPTH:
-            raise ExpressionError(f"more than {MAX_DEPTH} parts inside one another", text)
-        self._root = root
-        self._check(nodes)
+        self._scope: dict[str, object] = {**FUNCTIONS, **CONSTANTS, "__builtins__": {}}
+        self._scope.update({".field": _field, ".method": _method, ".element": _element})
 
     def __call__(self, **values: object) -> object:
         """Evaluate the expression for these values of its names.
 
         Raises:
-            ExpressionError: A field does not exist, types do not match, or a limit is exceeded.
+            ExpressionError: A field does not exist, or types do not match.
         """
         import numpy as np  # late: `--help` does without it
 
         try:
-            with np.errstate(
-                all="ignore"
-            ):  # a division by zero is inf or nan, and no warning on the terminal
-                return _Walk(self.text, values).value(self._root)
-        except ExpressionError:
-            raise
-        except LimitExceeded as error:
+            with np.errstate(all="ignore"):  # inf or nan, and no warning on the terminal
+                return eval(self._code, {**self._scope, **values})
+        except _NoField as error:
             raise ExpressionError(str(error), self.text) from None
         except Exception as error:  # any error of a value's operator is an error of the filter
             raise ExpressionError(f"{type(error).__name__}: {error}", self.text) from error
 
-    def _check(self, nodes: list[ast.AST]) -> None:
-        """Refuse invalid expressions when they are parsed, not at the first message."""
-        bound = set(self.names) | set(FUNCTIONS) | set(CONSTANTS)
-        for node in nodes:
-            if isinstance(node, ast.comprehension):
-                bound |= {n.id for n in ast.walk(node.target) if isinstance(n, ast.Name)}
-        for node in nodes:
-            column = getattr(node, "col_offset", -1) + 1 or None
-            if isinstance(
-                node, (ast.expr_context, ast.operator, ast.unaryop, ast.cmpop, ast.boolop, ast.keyword)
-            ):
-                continue
-            if not isinstance(node, (ast.comprehension, *_Walk.HANDLED)):
-                raise ExpressionError(f"{type(node).__name__} is not allowed here", self.text, column)
-            if isinstance(node, ast.Name) and node.id not in bound:
-                known = ", ".join(sorted(self.names))
-                raise ExpressionError(f"unknown name {node.id!r}; the message is {known}", self.text, column)
-            if isinstance(node, ast.Constant) and _is_long(node.value):
-                raise ExpressionError("integers have 4096 bits at most", self.text, column)
-            if isinstance(node, ast.Attribute) and node.attr.startswith("_"):
-                raise ExpressionError(f"{node.attr!r} is not a field", self.text, column)
-            if isinstance(node, ast.BinOp) and type(node.op) not in BINARY:
-                raise ExpressionError(f"operator {type(node.op).__name__} is not allowed", self.text, column)
 
+class _Checked(ast.NodeTransformer):
+    """Refuses what is outside the language; fields and methods are looked up by the functions below.
 
-class _Walk:
-    """One evaluation: the values, the names bound by comprehensions, and the limits."""
+    Their names begin with a dot, so that no text contains them.
+    """
 
-    HANDLED = (
-        ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.BinOp, ast.UnaryOp, ast.BoolOp,
-        ast.Compare, ast.IfExp, ast.Call, ast.Tuple, ast.List, ast.GeneratorExp, ast.ListComp,
-    )  # fmt: skip
-
-    def __init__(self, text: str, values: Mapping[str, object]) -> None:
+    def __init__(self, text: str, names: frozenset[str]) -> None:
         self.text = text
-        self.scope: dict[str, object] = {**CONSTANTS, **values}
-        self.bounds = Bounds()
+        self.names = names
+        self.loops: set[str] = set()
 
-    def value(self, node: ast.AST) -> Any:
-        self.bounds.spend(1)
-        method = getattr(self, "_" + type(node).__name__.lower())
-        return method(node)
+    def visit(self, node: ast.AST) -> Any:
+        if not isinstance(node, _LANGUAGE):
+            raise self._wrong(node, f"{type(node).__name__} is not allowed here")
+        return super().visit(node)
 
-    def _constant(self, node: ast.Constant) -> object:
-        return node.value
+    def visit_Name(self, node: ast.Name) -> ast.AST:
+        if node.id in FUNCTIONS and node.id not in self.names:
+            raise self._wrong(node, f"{node.id!r} is a function: call it")
+        if node.id not in self.names | self.loops and node.id not in CONSTANTS:
+            known = ", ".join(sorted(self.names))
+            raise self._wrong(node, f"unknown name {node.id!r}; the message is {known}")
+        return node
 
-    def _name(self, node: ast.Name) -> object:
-        if node.id in self.scope:
-            return self.scope[node.id]
-        raise ExpressionError(f"{node.id!r} is a function: call it", self.text, node.col_offset + 1)
+    def visit_Attribute(self, node: ast.Attribute) -> ast.AST:
+        return self._looked_up(".field", node)
 
-    def _attribute(self, node: ast.Attribute) -> object:
-        owner = self.value(node.value)
-        slots = getattr(type(owner), "__slots__", ())
-        if node.attr in slots or (
-            hasattr(type(owner), "_slot_types") and node.attr.isupper() and hasattr(owner, node.attr)
-        ):
-            return getattr(owner, node.attr)
-        if hasattr(owner, "to_nsec") and node.attr in ("to_sec", "to_nsec"):
-            return getattr(owner, node.attr)
-        kind = getattr(owner, "_type", type(owner).__name__)
-        fields = ", ".join(slots) if slots else "none"
-        raise ExpressionError(f"{kind} has no field {node.attr!r}; it has: {fields}", self.text)
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        if not isinstance(node.op, _OPERATORS):
+            raise self._wrong(node, f"operator {type(node.op).__name__} is not allowed")
+        return self.generic_visit(node)
 
-    def _subscript(self, node: ast.Subscript) -> object:
-        return self.bounds.item(self.value(node.value), self.value(node.slice))
-
-    def _slice(self, node: ast.Slice) -> slice:
-        return slice(
-            *(None if part is None else self.value(part) for part in (node.lower, node.upper, node.step))
-        )
-
-    def _binop(self, node: ast.BinOp) -> object:
-        return self.bounds.binary(BINARY[type(node.op)], self.value(node.left), self.value(node.right))
-
-    def _unaryop(self, node: ast.UnaryOp) -> object:
-        return self.bounds.unary(UNARY[type(node.op)], self.value(node.operand))
-
-    def _boolop(self, node: ast.BoolOp) -> object:
-        stop_at = isinstance(node.op, ast.Or)
-        result: object = None
-        for part in node.values:
-            result = self.value(part)
-            if bool(result) is stop_at:
-                break
-        return result
-
-    def _compare(self, node: ast.Compare) -> object:
-        left = self.value(node.left)
-        result: object = True
-        for op, right_node in zip(node.ops, node.comparators, strict=True):
-            right = self.value(right_node)
-            result = self.bounds.compare(COMPARE[type(op)], left, right)
-            if op is node.ops[-1] or not result:
-                break  # the last may be an array of bools, for any() and all()
-            left = right
-        return result
-
-    def _ifexp(self, node: ast.IfExp) -> object:
-        return self.value(node.body if self.value(node.test) else node.orelse)
-
-    def _tuple(self, node: ast.Tuple) -> object:
-        return tuple(self.bounds.element(self.value(part)) for part in node.elts)
-
-    def _list(self, node: ast.List) -> object:
-        return [self.bounds.element(self.value(part)) for part in node.elts]
-
-    def _call(self, node: ast.Call) -> object:
+    def visit_Call(self, node: ast.Call) -> ast.AST:
         if node.keywords:
-            raise ExpressionError("keyword arguments are not allowed", self.text, node.col_offset + 1)
-        arguments = [self.value(part) for part in node.args]
-        if isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS and node.func.id not in self.scope:
-            return self.bounds.call(node.func.id, arguments)
-        if isinstance(node.func, ast.Attribute):
-            owner = self.value(node.func.value)
-            if isinstance(owner, str) and node.func.attr in STRING_METHODS:
-                return self.bounds.method(owner, node.func.attr, arguments)
-            if hasattr(owner, "to_nsec") and node.func.attr in ("to_sec", "to_nsec") and not arguments:
-                return getattr(owner, node.func.attr)()
-        raise ExpressionError(
-            f"only these can be called: {', '.join(sorted(FUNCTIONS))}", self.text, node.col_offset + 1
-        )
+            raise self._wrong(node, "keyword arguments are not allowed")
+        called = node.func
+        if isinstance(called, ast.Attribute) and called.attr in METHODS:
+            called = self._looked_up(".method", called)
+        elif not isinstance(called, ast.Name) or called.id not in FUNCTIONS:
+            self.visit(called)  # an unknown name is said to be unknown
+            raise self._wrong(node, f"only these can be called: {', '.join(sorted(FUNCTIONS))}")
+        return ast.Call(called, [self.visit(value) for value in node.args], [])
 
-    def _generatorexp(self, node: ast.GeneratorExp | ast.ListComp) -> object:
-        found: list[object] = []
-        self._loop(node.generators, node.elt, found)
-        return found
+    def visit_GeneratorExp(self, node: ast.GeneratorExp | ast.ListComp) -> ast.AST:
+        """Make a list, which is false when it is empty."""
+        for loop in node.generators:
+            if not isinstance(loop.target, ast.Name) or loop.target.id in FUNCTIONS:
+                raise self._wrong(loop.target, "a loop takes one name")
+            self.loops.add(loop.target.id)
+        loops = [self.visit(loop) for loop in node.generators]
+        return ast.ListComp(_called(".element", self.visit(node.elt)), loops)
 
-    _listcomp = _generatorexp
+    visit_ListComp = visit_GeneratorExp
 
-    def _loop(self, generators: list[ast.comprehension], element: ast.expr, found: list[object]) -> None:
-        if not generators:
-            found.append(self.bounds.element(self.value(element)))
-            return
-        first, *rest = generators
-        if not isinstance(first.target, ast.Name):
-            raise ExpressionError("a loop takes one name", self.text)
-        outer = dict(self.scope)
-        for item in self.value(first.iter):
-            self.scope[first.target.id] = item
-            if all(self.value(test) for test in first.ifs):
-                self._loop(rest, element, found)
-        self.scope = outer
+    def visit_List(self, node: ast.List | ast.Tuple) -> ast.AST:
+        return type(node)([_called(".element", self.visit(value)) for value in node.elts], ast.Load())
+
+    visit_Tuple = visit_List
+
+    def _looked_up(self, function: str, node: ast.Attribute) -> ast.expr:
+        if node.attr.startswith("_"):
+            raise self._wrong(node, f"{node.attr!r} is not a field")
+        return _called(function, self.visit(node.value), ast.Constant(node.attr))
+
+    def _wrong(self, node: ast.AST, message: str) -> ExpressionError:
+        return ExpressionError(message, self.text, getattr(node, "col_offset", -1) + 1 or None)
 
 
-def _is_long(value: object) -> bool:
-    return isinstance(value, int) and value.bit_length() > MAX_CONSTANT_BITS
+def _called(function: str, *arguments: ast.expr) -> ast.expr:
+    return ast.Call(ast.Name(function, ast.Load()), list(arguments), [])
 
 
-def _depth(node: ast.AST) -> int:
-    """Return the nesting depth, without recursion."""
-    level, depth = [node], 0
-    while level:
-        depth += 1
-        level = [child for one in level for child in ast.iter_child_nodes(one)]
-    return depth
+class _NoField(Exception):
+    """The value has no such field."""
+
+
+def _field(owner: Any, name: str) -> object:
+    """Return a field of a message, or a constant of its class."""
+    fields = getattr(type(owner), "__slots__", ())
+    if name in fields or (hasattr(type(owner), "_slot_types") and name.isupper() and hasattr(owner, name)):
+        return getattr(owner, name)
+    kind = getattr(owner, "_type", type(owner).__name__)
+    raise _NoField(f"{kind} has no field {name!r}; it has: {', '.join(fields) or 'none'}")
+
+
+def _method(owner: Any, name: str) -> object:
+    """Return a method of a text or a time."""
+    if isinstance(owner, str) or hasattr(owner, "to_nsec"):
+        return getattr(owner, name)
+    raise _NoField(f"{getattr(owner, '_type', type(owner).__name__)} has no method {name!r}")
+
+
+def _element(value: Any) -> object:
+    """Return the element of a list: an array as a list, because numpy would broadcast it when compared."""
+    return value.tolist() if hasattr(value, "dtype") and value.ndim else value

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from rosproto.cli import expression_sandbox
 from rosproto.cli.expression import Expression, ExpressionError
-from tests.support.memory import peak_of
+from rosproto.time import Time
 
 
 class Point:
@@ -71,7 +67,7 @@ def test_no_warning_of_python_or_numpy(text: str, expected: object) -> None:
     assert (found.tolist() if isinstance(found, np.ndarray) else found) == expected
 
 
-@pytest.mark.promise("are walked, not evaluated")
+@pytest.mark.promise("is checked before it is compiled", "Nothing else can be called")
 @pytest.mark.parametrize(
     "text",
     [
@@ -88,7 +84,24 @@ def test_no_warning_of_python_or_numpy(text: str, expected: object) -> None:
         "{1: 2}",
         "await m",
         "1 << 99999999",
+        "m @ m",
+        "len",
+        "abs(m.x, *m.ranges)",
+        "max(default=1)",
+        "m.name.format(1)",
+        "m.ranges.tofile('x')",
+        "m.ranges[0](1)",
+        "(len or max)(m.ranges)",
+        "max(1) for max in [m.name.strip]",
+        "[max(1) for max in [m.name.strip]]",
+        "[x for x, y in m.ranges]",
+        "[x for x in m.ranges if (y := x)]",
+        "[x async for x in m.ranges]",
+        "{x for x in m.ranges}",
+        "m.x\0",
         "m." * 3000 + "x",
+        "-" * 9000 + "1",
+        "(" * 300 + "1" + ")" * 300,
         "",
     ],
 )
@@ -98,36 +111,56 @@ def test_refused_when_typed(text: str) -> None:
         Expression(text)
 
 
-@pytest.mark.promise("Every operation is bounded before it begins")
 @pytest.mark.parametrize(
-    "text",
-    [
-        "9**9**9**9",
-        "'a' * 10**9",
-        "m.z",
-        "m.x.y",
-        "m.ranges[7]",
-        "m.name + 1",
-        "len",
-        "m.name.format(1)",
-        "max(default=1)",
-    ],
+    ("text", "column"),
+    [("1 + open(2)", 5), ("m.x > m._type", 7), ("max(1, key=2)", 1), ("m.x + {1: 2}", 7), ("m.x > > 2", 7)],
 )
+def test_the_error_has_the_column(text: str, column: int) -> None:
+    """It points at the part that is refused."""
+    with pytest.raises(ExpressionError, match=rf"^filter .*, column {column}: ") as caught:
+        Expression(text)
+    assert caught.value.column == column
+
+
+@pytest.mark.promise("Nothing else can be called")
+@pytest.mark.parametrize(
+    "text", ["(x for x in m.ranges).gi_frame", "m.name.lower", "m.ranges.ctypes", "m.x.real"]
+)
+def test_only_fields_are_read(text: str) -> None:
+    """The attributes of Python's and numpy's own objects lead out of the message."""
+    point = Point()
+    point.ranges = np.array([1, 2, 3], np.float32)  # type: ignore[assignment]
+    with pytest.raises(ExpressionError, match="has no field"):
+        Expression(text)(m=point)
+
+
+def test_functions_see_no_builtins() -> None:
+    """Python adds its builtins to a scope that has none."""
+    expression = Expression("max(m.x, 1)")
+    assert expression(m=Point()) == 1.5
+    assert Expression("m")(m=3) == 3
+    with pytest.raises(ExpressionError, match="NameError"):
+        Expression("[y for x in [1] if [y for y in [1]]]")(m=Point())
+
+
+@pytest.mark.parametrize("text", ["m.z", "m.x.y", "m.ranges[7]", "m.name + 1", "m.x.count(1)", "int('a')"])
 def test_refused_when_computed(text: str) -> None:
-    """What does not fit the message, or would take for ever, is one clear error."""
+    """What does not fit the message is one clear error."""
     with pytest.raises(ExpressionError):
         Expression(text)(m=Point())
 
 
-@pytest.mark.promise("Every operation is bounded before it begins")
-def test_work_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nested loops over arrays end."""
-    monkeypatch.setattr(expression_sandbox, "MAX_STEPS", 20_000)
-    point = Point()
-    point.ranges = [0.0] * 200
-    loops = Expression("sum(1 for a in m.ranges for b in m.ranges for c in m.ranges)")
-    with pytest.raises(ExpressionError, match="too many steps"):
-        loops(m=point)
+def test_times_are_converted() -> None:
+    """As `to_sec` and `to_nsec` of rospy's times do."""
+    assert Expression("t.to_sec() > 1.4 and t.to_nsec() == 1500000000", ("t",))(t=Time(1, 500000000)) is True
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"), [("(r for r in m.ranges if r > 9)", []), ("len(r for r in m.ranges)", 3)]
+)
+def test_a_loop_makes_a_list(text: str, expected: object) -> None:
+    """An empty one is false; a generator of Python would always be true."""
+    assert Expression(text)(m=Point()) == expected
 
 
 def test_an_error_names_the_fields_there_are() -> None:
@@ -135,47 +168,6 @@ def test_an_error_names_the_fields_there_are() -> None:
     with pytest.raises(ExpressionError, match="ranges, x, y") as caught:
         Expression("m.Y > 1")(m=Point())
     assert caught.value.text == "m.Y > 1"
-
-
-HOSTILE = [
-    "round(1, -999999999)",
-    "round(1.5, 10**9)",
-    "('a' * 1000000) * 4000",
-    "[('a' * 9999 + m.name) for a in m.ranges for b in m.ranges]",
-    "2 ** 5000",
-    "(2 ** 1000) ** 1000",
-    "(10 ** 1000) * (10 ** 1000) * (10 ** 1000)",
-    "m.ranges ** (10 ** 9)",
-    "m.ranges[0] ** (2 ** 70)",
-    "m.ranges * 10 ** 300",
-    "'%1000000000d' % 1",
-    "m.ranges[:, None] * m.ranges[None, :]",
-    "m.ranges[m.ranges > 0]",
-    "m.ranges + [[x] for x in m.ranges]",
-    "m.ranges == [[x] for x in m.ranges]",
-    "str([['a' * 9999] * 9999] * 9999)",
-    pytest.param("[[0] * 9999] * 9999 == [[0] * 9999] * 9999", marks=pytest.mark.whole),
-    pytest.param("sum([[x] * 1000 for x in m.ranges], [])", marks=pytest.mark.whole),
-    "int('9' * 4000)",
-    "max(str(10 ** 1000) * 1000 for x in m.ranges for y in m.ranges)",
-    pytest.param("0 in [[x] * 9999 for x in m.ranges]", marks=pytest.mark.whole),
-    "m + m",
-    "-" * 400 + "1",
-]
-
-
-@pytest.mark.promise("Every operation is bounded before it begins")
-@pytest.mark.parametrize("text", HOSTILE)
-def test_what_would_take_gigabytes_or_for_ever_is_refused(text: str) -> None:
-    """One clear error, before anything large is made."""
-    point = Point()
-    point.ranges = np.arange(3000, dtype="f8")  # type: ignore[assignment]
-
-    def refused() -> None:
-        with pytest.raises(ExpressionError):
-            Expression(text)(m=point)
-
-    assert peak_of(refused) < 100_000_000
 
 
 @pytest.mark.parametrize(
@@ -195,52 +187,7 @@ def test_what_would_take_gigabytes_or_for_ever_is_refused(text: str) -> None:
     ],
 )
 def test_what_people_write_about_arrays(text: str, expected: object) -> None:
-    """The bounds are far from what a filter of a person computes."""
+    """Arrays are numpy's; in a list they are lists, so that comparing does not broadcast them."""
     point = Point()
     point.ranges = np.arange(3000, dtype="f8")  # type: ignore[assignment]
     assert Expression(text)(m=point) == expected
-
-
-ATOMS = st.sampled_from(
-    [
-        "m.x",
-        "m.ranges",
-        "m.name",
-        "m.ranges[0]",
-        "'a'",
-        "10**300",
-        "-1",
-        "0",
-        "999999999",
-        "1e308",
-        "[1]",
-        "(1,2)",
-        "m",
-    ]
-)
-
-
-def _grown(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
-    operators = st.sampled_from("+ - * / // % ** & | ^ >> < == in and".split())
-    functions = st.sampled_from([*expression_sandbox.FUNCTIONS, "'ab'.count", "'ab'.split", "m.name.find"])
-    return st.one_of(
-        st.builds("({} {} {})".format, inner, operators, inner),
-        st.builds("{}({})".format, functions, inner),
-        st.builds("{}({}, {})".format, functions, inner, inner),
-        st.builds("[{} for v in {}]".format, inner, inner),
-        st.builds("({})[{}:]".format, inner, inner),
-        st.builds("[{}, {}]".format, inner, inner),
-    )
-
-
-@given(st.recursive(ATOMS, _grown, max_leaves=12))
-def test_any_expression_ends(text: str) -> None:
-    """Drawn from the whole language: a value or the one error, in bounded processor time."""
-    point = Point()
-    point.ranges = np.arange(200, dtype="f4")  # type: ignore[assignment]
-    began = time.process_time()
-    try:
-        Expression(text)(m=point)
-    except ExpressionError:
-        pass  # the documented answer
-    assert time.process_time() - began < 20
