@@ -14,6 +14,7 @@ LAYERS = [
     "rosproto.coercion",
     "rosproto.quaternion",
     "rosproto.rates",
+    "rosproto.worker_pool",
     "rosproto.names",
     "rosproto.time",
     "rosproto.msg",

@@ -40,7 +40,7 @@ class Node:
 
     def __init__(self, name: str, *, max_threads: int = 64, **options: Any) -> None:
         self._arguments: tuple[str, dict[str, Any]] = (name, options)
-        self._pool = Pool(max_threads, name=f"aio {name}")
+        self._pool = Pool(max_threads, name=f"rosproto:aio {name}")
         self._shared = False
         self._closed = False
         self._opening = asyncio.Lock()

@@ -8,37 +8,34 @@ cancelled task stays open. Here such an object is returned or closed, and closin
 from __future__ import annotations
 
 import asyncio
-import threading
-from collections import deque
 from collections.abc import Awaitable, Callable, Generator
+from concurrent.futures import Future
+from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
 from rosproto.logs import get_logger
+from rosproto.worker_pool import WorkerPool
 
 logger = get_logger("rosproto.aio")
 
 T = TypeVar("T")
-Work = Callable[[], "Callable[[], object] | None"]
-"""Work of a thread; it returns a function that passes the result to the loop, or None."""
 
 
 class Pool:
     """At most `most` daemon threads; further calls wait for a free one, except those that close something.
     Idle threads end by themselves.
 
-    Attributes:
+    Args:
         most: Most threads at a time.
         idle_seconds: A thread without work ends after this.
+        name: Of the threads.
+        daemon: Whether a program may end before the calls have returned.
     """
 
-    def __init__(self, most: int = 64, *, idle_seconds: float = 10.0, name: str = "aio") -> None:
-        self.most = most
-        self.idle_seconds = idle_seconds
-        self._name = name
-        self._work: deque[Work] = deque()
-        self._changed = threading.Condition()
-        self._threads = self._idle = 0
-        self._closed = False
+    def __init__(
+        self, most: int = 64, *, idle_seconds: float = 10.0, name: str = "rosproto:aio", daemon: bool = True
+    ) -> None:
+        self._workers = WorkerPool(name, most, daemon=daemon, idle_seconds=idle_seconds)
 
     async def run(
         self,
@@ -61,144 +58,82 @@ class Pool:
                 not wait for a free thread, and a cancelled task waits for its end; the call must take bounded
                 time.
         """
-        call = _Call(self, function, dispose)
-        self._put(call, urgent=always)
+        loop = asyncio.get_running_loop()
+        future: asyncio.Future[T] = loop.create_future()
+        task = self._workers.add(function, urgent=always)
+        take_back = _once(dispose)
+
+        def deliver(done: Future[T]) -> None:
+            if not done.cancelled() and not notify(loop, _settle, future, done):
+                take_back(done)  # the loop is closed: nothing can receive it
+
+        task.add_done_callback(deliver)
         if always:
-            return await call.to_the_end()
+            return await _to_the_end(future)
         try:
-            return await call.future
+            return await future
         except (asyncio.CancelledError, GeneratorExit):  # the latter: the loop was closed meanwhile
-            call.abandon()
+            if not task.cancel() and dispose is not None:  # it has begun
+                task.add_done_callback(lambda done: self.spawn(lambda: take_back(done)))
             if cancel is not None:
                 cancel()
             raise
 
+    def start(self, function: Callable[..., T], *arguments: Any) -> asyncio.Future[T]:
+        """Call something in a thread, whether or not the result is awaited. Call this in the loop."""
+        future = asyncio.wrap_future(self._workers.add(partial(function, *arguments)))
+        # Retrieved here, so that asyncio does not log it if nothing awaits the call.
+        future.add_done_callback(lambda done: done.cancelled() or done.exception())
+        return future
+
     def spawn(self, function: Callable[[], object]) -> None:
         """Call `function` in a thread at once, for a caller that cannot await it; it must not raise."""
-
-        def work() -> None:
-            function()
-
-        self._put(work, urgent=True)
+        self._workers.add(function, urgent=True)
 
     def close(self) -> None:
         """End the idle threads now, and each other one when it becomes idle. Does not wait."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify_all()
-
-    def _put(self, work: Work, *, urgent: bool = False) -> None:
-        with self._changed:
-            if urgent:
-                self._work.appendleft(work)
-            else:
-                self._work.append(work)
-            if self._idle >= len(self._work):
-                self._changed.notify()
-            elif urgent or self._threads < self.most:
-                self._threads += 1
-                threading.Thread(target=self._serve, name=f"rosproto:{self._name}", daemon=True).start()
-
-    def _serve(self) -> None:
-        while True:
-            with self._changed:
-                if not self._work:
-                    self._idle += 1
-                    self._changed.wait_for(lambda: self._work or self._closed, self.idle_seconds)
-                    self._idle -= 1
-                if not self._work:
-                    self._threads -= 1
-                    return
-                work = self._work.popleft()
-            notify_loop = work()
-            if notify_loop is not None:
-                # Free before the result is delivered: the call that follows it then finds this thread.
-                with self._changed:
-                    self._idle += 1
-                notify_loop()
-                with self._changed:
-                    self._idle -= 1
+        self._workers.close()
 
 
-class _Call(Generic[T]):
-    """One call in a thread. The awaiting task receives the result, or it is disposed of: the later of the
-    two, the thread with a result or the cancelled task, notices the other.
+def _once(dispose: Callable[[T], object] | None) -> Callable[[Future[T]], None]:
+    """Return a function that disposes of the result of a call, the first time that it is called."""
+    left = [dispose]
 
-    Attributes:
-        future: The result, in the loop.
-    """
-
-    def __init__(self, pool: Pool, function: Callable[[], T], dispose: Callable[[T], object] | None) -> None:
-        self._pool = pool
-        self._function = function
-        self._dispose = dispose
-        self._loop = asyncio.get_running_loop()
-        self.future: asyncio.Future[T] = self._loop.create_future()
-        self._lock = threading.Lock()
-        self._opened: list[T] = []
-        self._abandoned = False
-
-    def __call__(self) -> Callable[[], object] | None:
-        """Call the function in a thread; return the function that notifies the loop."""
-        if self._abandoned:
-            return None  # it was cancelled before it began
+    def take_back(done: Future[T]) -> None:
         try:
-            result = self._function()
-        except BaseException as error:
-            problem = error  # Python deletes the name of `except` after the block
-            return lambda: notify(self._loop, _fail, self.future, problem)
-        with self._lock:
-            self._opened.append(result)
-            abandoned = self._abandoned
-        if abandoned:
-            self._take_back()
-            return None
-        return lambda: self._tell(result)
-
-    def _tell(self, result: T) -> None:
-        if not notify(self._loop, _settle, self.future, result):
-            self._take_back()  # the loop is closed: nothing can receive it
-
-    def abandon(self) -> None:
-        """The task is gone: close the result, now or when it comes."""
-        with self._lock:
-            self._abandoned = True
-            opened = bool(self._opened)
-        if opened:
-            self._pool.spawn(self._take_back)
-
-    def _take_back(self) -> None:
-        with self._lock:
-            opened, self._opened = self._opened, []
-        if self._dispose is None:
+            dispose = left.pop()  # atomic: the thread and the loop may come together
+        except IndexError:
             return
-        for each in opened:
-            try:
-                self._dispose(each)
-            except Exception as error:  # nobody waits for the result
-                logger.warning("! not closed again after its task was cancelled: %s", error)
+        if dispose is None or done.exception() is not None:
+            return
+        try:
+            dispose(done.result())
+        except Exception as error:  # nobody waits for the result
+            logger.warning("! not closed again after its task was cancelled: %s", error)
 
-    async def to_the_end(self) -> T:
-        """The result; a task that is cancelled waits for it first."""
-        cancelled: asyncio.CancelledError | None = None
-        while not self.future.done():
-            try:
-                await asyncio.wait([self.future])
-            except asyncio.CancelledError as error:
-                cancelled = error
-        if cancelled is not None:
-            raise cancelled from self.future.exception()
-        return self.future.result()
+    return take_back
 
 
-def _settle(future: asyncio.Future[T], result: T) -> None:
+async def _to_the_end(future: asyncio.Future[T]) -> T:
+    """The result; a task that is cancelled waits for it first."""
+    cancelled: asyncio.CancelledError | None = None
+    while not future.done():
+        try:
+            await asyncio.wait([future])
+        except asyncio.CancelledError as error:
+            cancelled = error
+    if cancelled is not None:
+        raise cancelled from future.exception()
+    return future.result()
+
+
+def _settle(future: asyncio.Future[T], done: Future[T]) -> None:
     if not future.done():
-        future.set_result(result)
-
-
-def _fail(future: asyncio.Future[T], error: BaseException) -> None:
-    if not future.done():
-        future.set_exception(error)
+        error = done.exception()
+        if error is None:
+            future.set_result(done.result())
+        else:
+            future.set_exception(error)
 
 
 def notify(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *arguments: Any) -> bool:

@@ -13,8 +13,8 @@ from typing import BinaryIO
 
 from rosproto.bag.compression import keep_freed_memory
 from rosproto.bag.records import ChunkHeader, ChunkInfo
-from rosproto.bag.worker_pool import WorkerPool, worker_count
 from rosproto.errors import BagError
+from rosproto.worker_pool import WorkerPool, worker_count
 
 LARGE = 1 << 16  # bytes; a piece of at least this size is not copied to join it with others
 AHEAD_BYTES = 16 << 20  # of chunks not yet written, uncompressed
@@ -132,7 +132,7 @@ class ChunkWriter:
         self._bytes = 0
         self._writing = threading.RLock()  # reentrant: a signal handler may close the bag
         # Not daemon threads: a program that ends without closing its bag still writes these chunks.
-        self._workers = WorkerPool("bag writer", worker_count(), daemon=False)
+        self._workers = WorkerPool("rosproto:bag writer", worker_count(), daemon=False, in_caller=True)
         self.set_compression(compression, compress)
 
     def set_compression(self, compression: str, compress: Callable[[bytes], bytes]) -> None:

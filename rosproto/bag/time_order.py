@@ -21,8 +21,8 @@ from rosproto.bag.chunk import ChunkData, read_chunk
 from rosproto.bag.compression import keep_freed_memory
 from rosproto.bag.message_offsets import MessageLocation, MessageTable
 from rosproto.bag.records import ChunkInfo
-from rosproto.bag.worker_pool import WorkerPool, worker_count
 from rosproto.errors import BagError
+from rosproto.worker_pool import WorkerPool, worker_count
 
 if TYPE_CHECKING:
     import numpy as np
@@ -345,7 +345,7 @@ class ReadAhead:
         self._depth = 2 * helpers + 2  # a few more chunks than threads
         self._most = AHEAD_BYTES // self._depth  # a larger chunk is not read ahead
         # Daemon threads: a program that ends does not need their results.
-        self._workers = WorkerPool("bag reader", helpers, daemon=True)
+        self._workers = WorkerPool("rosproto:bag reader", helpers, daemon=True, in_caller=True)
         self._tasks: dict[int, Future[ChunkData | None]] = {}
         self._begun = 0
         self._packed = False

@@ -32,7 +32,7 @@ class ThreadCalls:
 
     def __init__(self) -> None:
         self.begun: WeakSet[Any] = WeakSet()
-        self._pool = Pool(_THREADS, name="woosh aio")
+        self._pool = Pool(_THREADS, name="woosh:aio")
 
     async def call(self, function: Callable[[], T]) -> T:
         """Call a verb. What it has begun when the task is cancelled is ended."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from rosproto.aio import Pool
 from woosh_pure.lease import DEFAULT_SECONDS
 from woosh_pure.web.access import AccessRules, Clients, ConnectionSlots
 from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import Problem
-from woosh_pure.web.live.hub import Hub, Workers
+from woosh_pure.web.live.hub import Hub
 from woosh_pure.web.robot import Robot
 
 
@@ -30,7 +31,10 @@ class WebContext:
     def __init__(self, robots: Mapping[str, Robot], access: AccessRules, *, allow_driving: bool) -> None:
         self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
         self.clients, self.slots = Clients(), ConnectionSlots()
-        self.drives, self.reads = Workers("drive", 8), Workers("read", 8)
+        # Not daemons: a program that ends still sends the zeros of its drives.
+        self.drives, self.reads = (
+            Pool(8, name=f"woosh:web {work}", daemon=False, idle_seconds=0.5) for work in ("drive", "read")
+        )
         self.hubs = {name: Hub(robot, self.reads) for name, robot in self.robots.items()}
         self.streams = 0
         self.viewers = 0

@@ -100,7 +100,7 @@ def test_a_closed_pool_keeps_no_idle_thread_but_still_works():
 def assert_ended(name: str) -> None:
     """The threads of a pool end by themselves."""
     for thread in threading.enumerate():
-        if thread.name == f"rosproto:{name}":
+        if thread.name == name:
             thread.join(20)
             assert not thread.is_alive()
 

@@ -11,10 +11,10 @@ import math
 import time
 from collections import deque
 from collections.abc import Awaitable, Callable
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
+from rosproto.aio import Pool
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
@@ -26,34 +26,6 @@ from woosh_pure.web.live.frames import Costmap, camera_frame, scan_frame
 from woosh_pure.web.marks import mark_part
 from woosh_pure.web.robot import ALSO_SHOWN, Robot
 from woosh_pure.web.snapshot import ages, pose_part, state_parts, text_of
-
-R = TypeVar("R")
-
-
-class Workers:
-    """A few threads for one kind of blocking work, so that a stop or a drive never waits for a free one. The
-    first job starts them.
-    """
-
-    def __init__(self, name: str, most: int) -> None:
-        self._name, self._most = name, most
-        self._threads: ThreadPoolExecutor | None = None
-
-    def run(self, job: Callable[..., R], *arguments: Any) -> asyncio.Future[R]:
-        """Start a job, which runs whether or not it is awaited. Call this in the event loop."""
-        if self._threads is None:
-            self._threads = ThreadPoolExecutor(self._most, thread_name_prefix=f"woosh:web {self._name}")
-        future = asyncio.get_running_loop().run_in_executor(self._threads, job, *arguments)
-        # Retrieved here, so that asyncio does not log it if nothing awaits the job.
-        future.add_done_callback(lambda done: done.cancelled() or done.exception())
-        return future
-
-    def close(self) -> None:
-        """End the threads after their jobs, which take a bounded time. A later job starts new ones."""
-        threads, self._threads = self._threads, None
-        if threads is not None:
-            threads.shutdown(wait=False, cancel_futures=False)
-
 
 Content = str | bytes | tuple[bytes, ...]
 _logger = get_logger("woosh_pure.web")
@@ -83,7 +55,7 @@ class Hub:
         newest: Version and content of each kind: text or bytes, or the parts of the costmap.
     """
 
-    def __init__(self, robot: Robot, workers: Workers) -> None:
+    def __init__(self, robot: Robot, workers: Pool) -> None:
         self.robot, self._workers = robot, workers
         self.newest: dict[str, tuple[int, Content]] = {}
         self._viewers: set[Callable[[], None]] = set()
@@ -121,7 +93,7 @@ class Hub:
             self.newest.clear()  # the next viewer must not get old values first
             self._seen.clear()
             for camera in self.robot.cameras.values():
-                self._workers.run(camera.close_idle, 0.0)
+                self._workers.start(camera.close_idle, 0.0)
 
     async def watch(self, what: str, on: bool) -> None:
         """Count a viewer of "color", "depth" or "costmap" in or out."""
@@ -233,7 +205,7 @@ class Hub:
         if asks_robot and self.robot.unreachable:
             return None  # no thread waits for it
         try:
-            return await self._workers.run(ask)
+            return await self._workers.start(ask)
         except (RosError, ValueError, Problem) as error:
             _logger.debug("! %s: %s", self.robot.name, error)
             return None

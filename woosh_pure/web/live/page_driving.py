@@ -159,7 +159,7 @@ class PageDriving:
     async def _open(self, press: int) -> None:
         """Open a drive for one press, and end it again if another press has come meanwhile."""
         manual_drive, name = self._robot.manual_drive, self._name
-        opening = self._context.drives.run(manual_drive.open, name)
+        opening = self._context.drives.start(manual_drive.open, name)
         try:
             await asyncio.shield(opening)
         except asyncio.CancelledError:  # the page disconnected while the drive was being opened
@@ -188,7 +188,7 @@ class PageDriving:
     def _abandon(self, opening: asyncio.Future[None], why: str) -> None:
         """End an abandoned drive, but only if it was opened: an open drive may be another client's."""
         if not opening.cancelled() and opening.exception() is None:
-            self._context.drives.run(self._robot.manual_drive.finish, why)
+            self._context.drives.start(self._robot.manual_drive.finish, why)
 
     def _end_drive(self, reason: str, text: str = "", reasons: list[Any] | None = None) -> None:
         """Send zero, then note the end in the journal and notify the page."""
@@ -201,7 +201,7 @@ class PageDriving:
         self._robot.manual_drive.halt(why)
         self._robot.journal.end(self._drive_entry, "done", f"ended: {text or reason}")
         self._tell_drive("ended", reason, text, reasons=reasons or [])
-        self._context.drives.run(self._robot.manual_drive.finish, why)
+        self._context.drives.start(self._robot.manual_drive.finish, why)
 
     def _drive_failed(self, error: Exception) -> None:
         """Handle a drive that the robot, a stop or a lost link has ended."""

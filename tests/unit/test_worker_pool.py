@@ -6,12 +6,12 @@ import threading
 
 import pytest
 
-from rosproto.bag.worker_pool import WorkerPool, worker_count
+from rosproto.worker_pool import WorkerPool, worker_count
 from tests.support.waiting import until
 
 
 def threads(name: str) -> int:
-    return sum(thread.name == f"rosproto:{name}" for thread in threading.enumerate())
+    return sum(thread.name == name for thread in threading.enumerate())
 
 
 @pytest.mark.parametrize("most", [1, 3])
@@ -60,7 +60,7 @@ def test_without_threads_to_be_had_the_caller_does_it(monkeypatch):
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr(threading.Thread, "start", refuse)
-    helpers = WorkerPool("helpers none", 2, daemon=True)
+    helpers = WorkerPool("helpers none", 2, daemon=True, in_caller=True)
     for _ in range(3):
         assert helpers.add(threading.get_ident).result(0) == threading.get_ident()
 
