@@ -8,18 +8,17 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from rosproto.action import ActionClient as ThreadedClient
+from rosproto.action import ActionServer as ThreadedServer
+from rosproto.action import CommState, GoalStatus
+from rosproto.action import GoalHandle as ThreadedHandle
 from rosproto.aio.mailbox import Closed, Mailbox
 from rosproto.aio.pool import Pool, notify
+from rosproto.aio.same_property import SameProperty
 from rosproto.errors import RosTimeout
 from rosproto.transport.deadline import Deadline
-
-if TYPE_CHECKING:
-    from rosproto.action import ActionClient as ThreadedClient
-    from rosproto.action import ActionServer as ThreadedServer
-    from rosproto.action import CommState, GoalStatus
-    from rosproto.action import GoalHandle as ThreadedHandle
 
 FEEDBACK_KEPT = 100
 LOOK_AGAIN = 0.25  # seconds, as in the threaded handle
@@ -51,8 +50,6 @@ class ActionClient:
         Cancelling a task that waits for the goal does not cancel the goal: call `cancel` for that. If the
         task is cancelled during this call, no handle is returned, so the goal is cancelled as well.
         """
-        from rosproto.action import CommState
-
         loop, over = asyncio.get_running_loop(), asyncio.Event()
         feedback: Mailbox[Any] = Mailbox(FEEDBACK_KEPT)
 
@@ -94,30 +91,11 @@ class GoalHandle:
         self._feedback = feedback
         self._pool = pool
 
-    @property
-    def status(self) -> GoalStatus:
-        """The server's latest status."""
-        return self.handle.status
-
-    @property
-    def state(self) -> CommState:
-        """The client's state of the goal."""
-        return self.handle.state
-
-    @property
-    def text(self) -> str:
-        """The text of the latest status."""
-        return self.handle.text
-
-    @property
-    def done(self) -> bool:
-        """Whether the goal has ended."""
-        return self.handle.done
-
-    @property
-    def result(self) -> Any:
-        """The result message; None before it arrives."""
-        return self.handle.result
+    status = SameProperty[GoalStatus](ThreadedHandle.status, "handle")
+    state = SameProperty[CommState](ThreadedHandle.state, "handle")
+    text = SameProperty[str](ThreadedHandle.text, "handle")
+    done = SameProperty[bool](ThreadedHandle.done, "handle")
+    result = SameProperty[Any](ThreadedHandle.result, "handle")
 
     async def wait(self, timeout: float | None = 60.0) -> Any:
         """Wait for the result, whatever the outcome; see also `status`.

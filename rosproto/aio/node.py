@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Generator
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 from weakref import WeakSet
 
+from rosproto.action import ActionClient as ThreadedClient
+from rosproto.action import ActionServer as ThreadedServer
 from rosproto.aio.actions import ActionClient, ActionServer
 from rosproto.aio.mailbox import Mailbox
 from rosproto.aio.parameters import Parameters
@@ -15,9 +17,7 @@ from rosproto.aio.pool import Closable, PendingOpen, Pool
 from rosproto.aio.services import ServiceClient, ServiceServer, handler_in_loop
 from rosproto.aio.topics import Publisher, Subscriber
 from rosproto.errors import ConnectionLost
-
-if TYPE_CHECKING:
-    from rosproto.node import Node as ThreadedNode
+from rosproto.node import Node as ThreadedNode
 
 T = TypeVar("T")
 V = TypeVar("V", bound=Closable)
@@ -50,8 +50,6 @@ class Node:
     async def _open(self) -> Node:
         async with self._opening:  # two tasks that open it get the same node
             if self.node is None:
-                from rosproto.node import Node as ThreadedNode
-
                 name, options = self._arguments
                 try:
                     node = await self._pool.run(lambda: ThreadedNode(name, **options), dispose=_close)
@@ -156,8 +154,6 @@ class Node:
 
     def action_client(self, name: str, type: Any, **options: Any) -> PendingOpen[ActionClient]:
         """A client of an action; arguments as `rosproto.ActionClient`."""
-        from rosproto.action import ActionClient as ThreadedClient
-
         node = self._threaded
         return self._opens(ActionClient, lambda: partial(ThreadedClient, node, name, type, **options))
 
@@ -165,8 +161,6 @@ class Node:
         self, name: str, type: Any, handler: Callable[[Any], Any], **options: Any
     ) -> PendingOpen[ActionServer]:
         """Provide an action; `handler`, a coroutine function, is called in this loop with each ServerGoal."""
-        from rosproto.action import ActionServer as ThreadedServer
-
         node = self._threaded
         return self._opens(
             ActionServer,

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.aio.mailbox import Closed, Mailbox
 from rosproto.aio.pool import PendingOpen, Pool
-
-if TYPE_CHECKING:
-    from rosproto.node.parameters import Parameters as ThreadedParameters
-    from rosproto.node.parameters import ParameterSubscription as ThreadedSubscription
+from rosproto.aio.same_property import SameProperty
+from rosproto.node.parameters import Parameters as ThreadedParameters
+from rosproto.node.parameters import ParameterSubscription as ThreadedSubscription
 
 _REQUIRED = object()
 
@@ -72,24 +71,21 @@ class Parameters:
 
 
 class ParameterSubscription:
-    """Changes of one parameter or namespace, as (key, value); value None means deleted."""
+    """Changes of one parameter or namespace, as (key, value); value None means deleted.
+
+    Attributes:
+        key: The subscribed key.
+    """
 
     def __init__(
         self, subscription: ThreadedSubscription, mailbox: Mailbox[tuple[str, Any]], pool: Pool
     ) -> None:
         self._subscription = subscription
+        self.key = subscription.key
         self._mailbox = mailbox
         self._pool = pool
 
-    @property
-    def key(self) -> str:
-        """The subscribed key."""
-        return self._subscription.key
-
-    @property
-    def value(self) -> Any:
-        """The current value, None if it is not set."""
-        return self._subscription.value
+    value = SameProperty[Any](ThreadedSubscription.value, "_subscription")
 
     def __aiter__(self) -> AsyncIterator[tuple[str, Any]]:
         return self

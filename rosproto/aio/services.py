@@ -6,13 +6,12 @@ import asyncio
 import inspect
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.aio.pool import Pool
-
-if TYPE_CHECKING:
-    from rosproto.node.services.client import ServiceClient as ThreadedClient
-    from rosproto.node.services.server import ServiceServer as ThreadedServer
+from rosproto.node.services.client import ServiceClient as ThreadedClient
+from rosproto.node.services.link import Cancellation
+from rosproto.node.services.server import ServiceServer as ThreadedServer
 
 
 class ServiceClient:
@@ -31,8 +30,6 @@ class ServiceClient:
 
     async def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
         """Call the service; arguments, result and errors as for `rosproto.node.ServiceClient.call`."""
-        from rosproto.node.services.link import Cancellation
-
         cancellation = Cancellation()
         return await self._pool.run(
             lambda: self.client.call_cancellable(cancellation, request, timeout, **fields),

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rosproto.aio.mailbox import Closed, Mailbox
 from rosproto.aio.pool import Pool
+from rosproto.aio.same_property import SameProperty
 from rosproto.errors import ConnectionLost, RosTimeout
-
-if TYPE_CHECKING:
-    from rosproto.node import Publisher as ThreadedPublisher
-    from rosproto.node import Subscriber as ThreadedSubscriber
+from rosproto.node import Publisher as ThreadedPublisher
+from rosproto.node import Subscriber as ThreadedSubscriber
 
 
 class Publisher:
@@ -30,10 +29,7 @@ class Publisher:
         """Queue a message for every subscriber; it is encoded before this returns."""
         self.publisher.publish(message, **fields)
 
-    @property
-    def connections(self) -> int:
-        """Number of connected subscribers."""
-        return self.publisher.connections
+    connections = SameProperty[int](ThreadedPublisher.connections, "publisher")
 
     async def wait_for_connection(self, timeout: float | None = 5.0, count: int = 1) -> None:
         """Wait until `count` subscribers are connected.
@@ -90,15 +86,8 @@ class Subscriber:
                 seconds=timeout,
             ) from None
 
-    @property
-    def connections(self) -> int:
-        """Number of connected publishers."""
-        return self.subscriber.connections
-
-    @property
-    def latest(self) -> Any:
-        """The newest message received, whether or not it is still queued; None before the first."""
-        return self.subscriber.latest
+    connections = SameProperty[int](ThreadedSubscriber.connections, "subscriber")
+    latest = SameProperty[Any](ThreadedSubscriber.latest, "subscriber")
 
     @property
     def dropped(self) -> int:

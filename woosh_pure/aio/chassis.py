@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from rosproto import aio as ros
+from rosproto.aio import SameProperty
 from rosproto.logs import get_logger
 from woosh_pure import values
 from woosh_pure.aio.calls import AwaitableProperty, ThreadCalls
@@ -198,24 +199,9 @@ class Chassis(Readings):
         """Where its master is."""
         return self.chassis.master_uri
 
-    @property
-    def moved(self) -> bool:
-        """True when a verb of this object has started a motion, whether it is over or not."""
-        return self.chassis.moved
-
-    @property
-    def lease(self) -> ChassisLease:
-        """Who commands this robot now, among those who use this object: the page, the REST API, your
-        program.
-
-        Its methods do not wait.
-        """
-        return self.chassis.lease
-
-    @property
-    def under_way(self) -> bool:
-        """True while something that this object has started may move the robot."""
-        return self.chassis.under_way
+    moved = SameProperty[bool](Threaded.moved, "chassis")
+    lease = SameProperty[ChassisLease](Threaded.lease, "chassis")
+    under_way = SameProperty[bool](Threaded.under_way, "chassis")
 
     @property
     def node(self) -> AwaitableProperty[ros.Node]:

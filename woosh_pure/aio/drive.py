@@ -6,12 +6,12 @@ import asyncio
 from collections.abc import Callable
 from types import TracebackType
 
+from rosproto.aio import SameProperty
 from rosproto.transport import Deadline
 from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.connection.arguments import require_seconds
 from woosh_pure.geometry import Velocity
 from woosh_pure.velocity import drive as velocity
-from woosh_pure.velocity.shaper import DriveLimits
 
 _SLICE, _VALID = 0.1, 0.3  # seconds, as the threaded `hold` has them
 
@@ -23,45 +23,21 @@ class Drive:
 
     Attributes:
         drive: The threaded one underneath.
+        limits: What `set` accepts.
+        topic: Where the velocity goes.
     """
 
     def __init__(self, drive: velocity.Drive) -> None:
         self.drive = drive
+        self.limits, self.topic = drive.limits, drive.topic
 
     def __repr__(self) -> str:
         return f"<aio {repr(self.drive)[1:]}"
 
-    @property
-    def limits(self) -> DriveLimits:
-        """What `set` accepts."""
-        return self.drive.limits
-
-    @property
-    def topic(self) -> str:
-        """Where the velocity goes."""
-        return self.drive.topic
-
-    @property
-    def active(self) -> bool:
-        """False when the drive is over, for whatever reason."""
-        return self.drive.active
-
-    @property
-    def finished(self) -> bool:
-        """True when it is over and its zeros have been sent."""
-        return self.drive.finished
-
-    @property
-    def sending(self) -> Velocity:
-        """The velocity sent last."""
-        return self.drive.sending
-
-    @property
-    def others(self) -> tuple[str, ...]:
-        """Nodes that can send velocities, too, as last seen: looked for every 2 s, each newcomer is logged
-        as a warning, and one that is seen to send ends the drive.
-        """
-        return self.drive.others
+    active = SameProperty[bool](velocity.Drive.active, "drive")
+    finished = SameProperty[bool](velocity.Drive.finished, "drive")
+    sending = SameProperty[Velocity](velocity.Drive.sending, "drive")
+    others = SameProperty[tuple[str, ...]](velocity.Drive.others, "drive")
 
     def set(
         self,

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Generator
 from typing import Any, Generic, TypeVar
 
-from rosproto.aio import Mailbox, notify
+from rosproto.aio import Mailbox, SameProperty, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.transport import Deadline
@@ -18,7 +18,6 @@ from woosh_pure.feed import feed
 from woosh_pure.feed.feed import FIRST_USE, Newest, Reading
 from woosh_pure.feed.feed import Feed as Threaded
 from woosh_pure.geometry import Pose2D, Velocity
-from woosh_pure.interface.schema import Row
 
 T = TypeVar("T")
 logger = get_logger("woosh_pure.aio")
@@ -35,24 +34,18 @@ class Feed(Newest[T]):
 
     Attributes:
         feed: The threaded one underneath.
+        row: The row of the interface table.
     """
 
     def __init__(self, feed: feed.Feed[T], calls: ThreadCalls) -> None:
         self.feed = feed
+        self.row = feed.row
         self._calls = calls
 
     def __repr__(self) -> str:
         return f"<aio {repr(self.feed)[1:]}"
 
-    @property
-    def row(self) -> Row:
-        """The row of the interface table."""
-        return self.feed.row
-
-    @property
-    def topic(self) -> str:
-        """Name of the topic."""
-        return self.feed.topic
+    topic = SameProperty[str](Threaded.topic, "feed")
 
     async def open(self) -> Feed[T]:
         """Subscribe now, and wait for the links as `wait_connected` does; returns this feed."""
@@ -69,10 +62,7 @@ class Feed(Newest[T]):
 
     # -- what was heard, without waiting
 
-    @property
-    def known(self) -> Reading[T] | None:
-        """As `reading`, but neither subscribes nor waits; also None when this feed was never used."""
-        return self.feed.known
+    known = SameProperty[Reading[T] | None](Threaded.known, "feed")
 
     @property
     def reading(self) -> Reading[T] | None:
@@ -107,27 +97,10 @@ class Feed(Newest[T]):
         """Addresses ("host:port") of the publishers connected now; a new address means a new process."""
         return self.feed.sources
 
-    @property
-    def errors(self) -> list[Exception]:
-        """The last few errors on its links: refused by a publisher, connection lost ..."""
-        return self.feed.errors
-
-    @property
-    def unreachable(self) -> str:
-        """Why none of its publishers is connected although the master lists some; "" otherwise."""
-        return self.feed.unreachable
-
-    @property
-    def outdated(self) -> bool:
-        """True when the last value of a topic sent only on change may be out of date: its link has broken
-        since, so a change may have been missed.
-        """
-        return self.feed.outdated
-
-    @property
-    def closed(self) -> bool:
-        """True when nothing will come any more: the Chassis is closed, or its node is."""
-        return self.feed.closed
+    errors = SameProperty[list[Exception]](Threaded.errors, "feed")
+    unreachable = SameProperty[str](Threaded.unreachable, "feed")
+    outdated = SameProperty[bool](Threaded.outdated, "feed")
+    closed = SameProperty[bool](Threaded.closed, "feed")
 
     # -- waiting
 
@@ -231,6 +204,13 @@ class _Values(Generic[T]):
 # -- the feeds of the awaited `Chassis`: those of `woosh_pure.readings`, one by one, with their types --------
 
 
+class _FeedProperty(SameProperty[Feed[T]], Generic[T]):
+    """The feed of the same name, awaited."""
+
+    def __init__(self, of: Callable[[Any], Threaded[T]]) -> None:
+        super().__init__(of, "chassis", lambda robot, feed: Feed(feed, robot._calls))
+
+
 class Readings:
     """The part of the awaited `Chassis` that only listens; see there."""
 
@@ -246,97 +226,23 @@ class Readings:
             KeyError: It is not in the table; the text lists similar names.
             ValueError: It is not a topic that the chassis publishes.
         """
-        return self._feed(self.chassis.feed(name))
+        return Feed(self.chassis.feed(name), self._calls)
 
-    def _feed(self, feed: Threaded[T]) -> Feed[T]:
-        return Feed(feed, self._calls)
-
-    @property
-    def status(self) -> Feed[values.RobotStatus]:
-        """`/robot_status`, published on change only."""
-        return self._feed(self.chassis.status)
-
-    @property
-    def pose(self) -> Feed[Pose2D]:
-        """`/movebase_pose2d`: map_T_base, m and rad."""
-        return self._feed(self.chassis.pose)
-
-    @property
-    def odometer(self) -> Feed[float]:
-        """`/odometer`: metres travelled."""
-        return self._feed(self.chassis.odometer)
-
-    @property
-    def battery(self) -> Feed[values.Battery]:
-        """`/battery`: charge in %, voltage, current, temperatures, capacities; V, A, °C, Ah."""
-        return self._feed(self.chassis.battery)
-
-    @property
-    def localization(self) -> Feed[values.PoseEstimate]:
-        """`/amcl_pose`: the pose found by the localisation, with its covariance; m and rad in the map."""
-        return self._feed(self.chassis.localization)
-
-    @property
-    def information(self) -> Feed[values.Information]:
-        """`/information`: versions of the controller, type of the base, parameters."""
-        return self._feed(self.chassis.information)
-
-    @property
-    def bms(self) -> Feed[values.Bms]:
-        """`/driver_base/bms`: what the battery management system measures; V, A, °C, Ah."""
-        return self._feed(self.chassis.bms)
-
-    @property
-    def parameters(self) -> Feed[values.Parameters]:
-        """`/driver_base/parameter`: wheel geometry, reduction ratios, speed limits; m, m/s, rad/s."""
-        return self._feed(self.chassis.parameters)
-
-    @property
-    def measured_velocity(self) -> Feed[Velocity]:
-        """`/odom_twist`: how the base actually moves, m/s and rad/s."""
-        return self._feed(self.chassis.measured_velocity)
-
-    @property
-    def status_code(self) -> Feed[StatusCode]:
-        """`/status_code`, decoded; `faults` is the set that is active."""
-        return self._feed(self.chassis.status_code)
-
-    @property
-    def scan(self) -> Feed[values.LaserScan]:
-        """`/scan`: the fused lidar scan; m and rad in the scan's own frame."""
-        return self._feed(self.chassis.scan)
-
-    @property
-    def imu(self) -> Feed[values.Imu]:
-        """`/imu/data_raw`: raw inertial measurements; rad/s and m/s² in the IMU's frame."""
-        return self._feed(self.chassis.imu)
-
-    @property
-    def odometry_raw(self) -> Feed[values.Odometry]:
-        """`/odom_raw`: from the wheels alone."""
-        return self._feed(self.chassis.odometry_raw)
-
-    @property
-    def odometry(self) -> Feed[values.Odometry]:
-        """`/odom`: from wheels and IMU."""
-        return self._feed(self.chassis.odometry)
-
-    @property
-    def camera(self) -> Feed[values.Image]:
-        """`/camera_1/color/image_raw`: the colour image, as an array of pixels."""
-        return self._feed(self.chassis.camera)
-
-    @property
-    def depth(self) -> Feed[values.Image]:
-        """`/camera_1/depth/image_raw`: the depth image, as an array; m or mm, by its encoding."""
-        return self._feed(self.chassis.depth)
-
-    @property
-    def points(self) -> Feed[values.PointCloud]:
-        """`/camera_1/depth/points`: the depth image as a point cloud; m in the camera's frame."""
-        return self._feed(self.chassis.points)
-
-    @property
-    def obstacle_points(self) -> Feed[values.PointCloud]:
-        """`/camera_1/depth/cloud_without_planes`: points of obstacles, no ground; m, camera frame."""
-        return self._feed(self.chassis.obstacle_points)
+    status = _FeedProperty[values.RobotStatus](readings.Readings.status)
+    pose = _FeedProperty[Pose2D](readings.Readings.pose)
+    odometer = _FeedProperty[float](readings.Readings.odometer)
+    battery = _FeedProperty[values.Battery](readings.Readings.battery)
+    localization = _FeedProperty[values.PoseEstimate](readings.Readings.localization)
+    information = _FeedProperty[values.Information](readings.Readings.information)
+    bms = _FeedProperty[values.Bms](readings.Readings.bms)
+    parameters = _FeedProperty[values.Parameters](readings.Readings.parameters)
+    measured_velocity = _FeedProperty[Velocity](readings.Readings.measured_velocity)
+    status_code = _FeedProperty[StatusCode](readings.Readings.status_code)
+    scan = _FeedProperty[values.LaserScan](readings.Readings.scan)
+    imu = _FeedProperty[values.Imu](readings.Readings.imu)
+    odometry_raw = _FeedProperty[values.Odometry](readings.Readings.odometry_raw)
+    odometry = _FeedProperty[values.Odometry](readings.Readings.odometry)
+    camera = _FeedProperty[values.Image](readings.Readings.camera)
+    depth = _FeedProperty[values.Image](readings.Readings.depth)
+    points = _FeedProperty[values.PointCloud](readings.Readings.points)
+    obstacle_points = _FeedProperty[values.PointCloud](readings.Readings.obstacle_points)

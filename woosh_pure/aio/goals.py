@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Generator
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
-from rosproto.aio import Mailbox, notify
+from rosproto.aio import Mailbox, SameProperty, notify
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
@@ -34,59 +34,25 @@ class GoalHandle(Generic[P]):
 
     Attributes:
         handle: The threaded one underneath.
+        description: The goal in words.
+        default_timeout: Default time limit of `wait()`, s; None waits for ever.
     """
 
     def __init__(self, handle: goal_handle.GoalHandle[P], calls: ThreadCalls) -> None:
         self.handle = handle
+        self.description, self.default_timeout = handle.description, handle.default_timeout
         self._calls = calls
 
     def __repr__(self) -> str:
         return f"<aio {repr(self.handle)[1:]}"
 
-    @property
-    def description(self) -> str:
-        """The goal in words."""
-        return self.handle.description
-
-    @property
-    def default_timeout(self) -> float | None:
-        """Default time limit of `wait()`, s; None waits for ever."""
-        return self.handle.default_timeout
-
-    @property
-    def task_id(self) -> int:
-        """The id of a task; 0 for a goal of another kind."""
-        return self.handle.task_id
-
-    @property
-    def drives(self) -> bool:
-        """True while this goal may move the base."""
-        return self.handle.drives
-
-    @property
-    def holds_the_base(self) -> bool:
-        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
-        return self.handle.holds_the_base
-
-    @property
-    def server(self) -> str:
-        """The action server that has the goal, where a later one replaces it; "" for a task."""
-        return self.handle.server
-
-    @property
-    def outcome(self) -> Outcome | None:
-        """The outcome, None while it runs."""
-        return self.handle.outcome
-
-    @property
-    def done(self) -> bool:
-        """True when it has ended, with any outcome."""
-        return self.handle.done
-
-    @property
-    def latest_progress(self) -> P | None:
-        """The newest progress, None before the first."""
-        return self.handle.latest_progress
+    task_id = SameProperty[int](goal_handle.GoalHandle.task_id, "handle")
+    drives = SameProperty[bool](goal_handle.GoalHandle.drives, "handle")
+    holds_the_base = SameProperty[bool](goal_handle.GoalHandle.holds_the_base, "handle")
+    server = SameProperty[str](goal_handle.GoalHandle.server, "handle")
+    outcome = SameProperty[Outcome | None](goal_handle.GoalHandle.outcome, "handle")
+    done = SameProperty[bool](goal_handle.GoalHandle.done, "handle")
+    latest_progress = SameProperty[P | None](goal_handle.GoalHandle.latest_progress, "handle")
 
     async def progress_line(self) -> str:
         """The newest progress in words, "" before the first."""
@@ -181,10 +147,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     handle: task.TaskHandle
 
-    @property
-    def state(self) -> TaskState:
-        """Its last known state."""
-        return self.handle.state
+    state = SameProperty[TaskState](task.TaskHandle.state, "handle")
 
     async def pause(self) -> None:
         """Hold it; `resume` goes on.
@@ -208,10 +171,7 @@ class ActionHandle(GoalHandle[Any]):
 
     handle: action_goal.ActionHandle
 
-    @property
-    def result(self) -> Any:
-        """The result message, None before the end."""
-        return self.handle.result
+    result = SameProperty[Any](action_goal.ActionHandle.result, "handle")
 
 
 class NavigationHandle(ActionHandle):
@@ -225,10 +185,7 @@ class StepHandle(ActionHandle):
 
     handle: action_goal.StepHandle
 
-    @property
-    def percent(self) -> float:
-        """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
-        return self.handle.percent
+    percent = SameProperty[float](action_goal.StepHandle.percent, "handle")
 
     def remaining(self) -> tuple[Step, ...]:
         """The remaining steps, by the last report."""
