@@ -18,7 +18,7 @@ from typing import Any
 
 from rosproto.text import printable
 
-__all__ = ["Sentence", "both", "led", "say", "sentence_of", "shown"]
+__all__ = ["Sentence", "advice", "both", "led", "say", "sentence_of", "shown"]
 
 
 class Sentence(str):
@@ -29,28 +29,31 @@ class Sentence(str):
         values: The values. A `Sentence`, an error or object whose text is one, a member of an enum, and a
             list of these are translated as well; every other value is data and the same in each language. A
             value with a method `said(language)` translates itself. Of other objects only the text is kept.
+        key: Of `advice`; "" for other sentences.
     """
 
-    __slots__ = ("template", "values")
+    __slots__ = ("key", "template", "values")
     template: str
     values: Mapping[str, Any]
+    key: str
 
     def __str__(self) -> str:
         return self
 
     def __reduce__(self) -> tuple[object, ...]:
-        return _restored, ("".join(self), self.template, dict(self.values))
+        return _restored, ("".join(self), self.template, dict(self.values), self.key)
 
-    def mapped(self, templates: Mapping[str, str]) -> Sentence:
-        """With templates replaced here and in the values, where the mapping has them."""
-        values = {name: _mapped(value, templates) for name, value in self.values.items()}
-        return _made(templates.get(self.template, self.template), values)
+    def advised(self, templates: Mapping[str, str]) -> Sentence:
+        """With other advice here and in the values, where the mapping has a template for its key."""
+        values = {name: _advised(value, templates) for name, value in self.values.items()}
+        return _made(templates.get(self.key, self.template), values, self.key)
 
     def escaped(self, keep: str = "") -> str:
         """Safe for a terminal: the values are escaped, see `rosproto.text`."""
         if printable(self, keep=keep) == self:
             return self
-        made = _made(self.template, {name: _escaped(value, keep) for name, value in self.values.items()})
+        values = {name: _escaped(value, keep) for name, value in self.values.items()}
+        made = _made(self.template, values, self.key)
         return made if printable(made, keep=keep) == made else printable(made, keep=keep)
 
 
@@ -65,15 +68,21 @@ def say(template: str, /, **values: Any) -> Sentence:
     return template if isinstance(template, Sentence) else _made(template, values)
 
 
-def _made(template: str, values: Mapping[str, Any]) -> Sentence:
+def advice(template: str, /, *, key: str, **values: Any) -> Sentence:
+    """Make a sentence for Python programs; a command or an API says its own by the key: see `advised`."""
+    return _made(template, values, key)
+
+
+def _made(template: str, values: Mapping[str, Any], key: str = "") -> Sentence:
     text = template.format_map({n: _listed(v) for n, v in values.items()}) if values else template
-    return _restored(text, template, {n: _kept(v, n, template) for n, v in values.items()})
+    return _restored(text, template, {n: _kept(v, n, template) for n, v in values.items()}, key)
 
 
-def _restored(text: str, template: str, values: Mapping[str, Any]) -> Sentence:
+def _restored(text: str, template: str, values: Mapping[str, Any], key: str = "") -> Sentence:
     sentence = Sentence(text)
     sentence.template = template
     sentence.values = values
+    sentence.key = key
     return sentence
 
 
@@ -133,13 +142,13 @@ def sentence_of(error: BaseException) -> str:
     return str(error)
 
 
-def _mapped(value: Any, templates: Mapping[str, str]) -> Any:
+def _advised(value: Any, templates: Mapping[str, str]) -> Any:
     if isinstance(value, BaseException):
         value = sentence_of(value)
     if isinstance(value, Sentence):
-        return value.mapped(templates)
+        return value.advised(templates)
     if isinstance(value, (list, tuple)):
-        return [_mapped(each, templates) for each in value]
+        return [_advised(each, templates) for each in value]
     return value
 
 

@@ -17,6 +17,7 @@ from collections.abc import Iterator, Sequence
 from enum import Enum
 from functools import cache
 from pathlib import Path
+from string import Formatter
 from typing import NamedTuple, TypeGuard
 
 from woosh_pure import enums, faults
@@ -26,10 +27,12 @@ __all__ = [
     "OWNERS",
     "TABLES",
     "Said",
+    "advice_places",
     "english_left",
     "main",
     "missing",
     "mixed",
+    "places_of",
     "said_in",
     "texts",
     "unsaid",
@@ -70,8 +73,8 @@ NOT_FOR_PEOPLE = {
     "Stopping by this program is no emergency stop: keep the red button in reach. ": "help",
 }
 FROM_ARGPARSE = {"expected one argument", "expected at least one argument"}
-_SAYING = {"say", "both", "led"}
-_MAY_SAY = re.compile(r"\b(say|both|led|line)\(")
+_SAYING = {"say", "advice", "both", "led"}
+_MAY_SAY = re.compile(r"\b(say|advice|both|led|line)\(")
 _LEFT_OUT_CALLS = set(
     "add_argument add_argument_group add_parser debug info warning exception compile sub search match "
     "fullmatch Thread NamedTuple getattr removeprefix startswith".split()
@@ -208,16 +211,32 @@ def unsaid() -> list[str]:
     return [row.english for row in rows if row.english not in said]
 
 
-def texts(*, leaving_out: str = "") -> set[str]:
+def texts() -> set[str]:
     """Every plain text of the sources as a template, and what stands between "; " in it."""
     found = {
         _key(node.value)
         for path in _sources()
-        if path != ROOT / leaving_out
         for node in ast.walk(_tree(path))
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
     }
     return found | {part for text in found for part in text.split("; ")}
+
+
+def advice_places() -> dict[str, set[str]]:
+    """The key of each `advice` of the sources, and the places that all templates with it have."""
+    found: dict[str, set[str]] = {}
+    for path in _sources():
+        for node in ast.walk(_tree(path)):
+            if isinstance(node, ast.Call) and _called(node) == "advice":
+                key = next(ast.literal_eval(word.value) for word in node.keywords if word.arg == "key")
+                places = places_of(ast.literal_eval(node.args[0]))
+                found[key] = found.get(key, places) & places
+    return found
+
+
+def places_of(template: str) -> set[str]:
+    """The names in a template."""
+    return {name for _, name, _, _ in Formatter().parse(template) if name}
 
 
 def _is_enum(kind: object) -> TypeGuard[type[Enum]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from rosproto.sentence import both, say, shown
+from rosproto.sentence import advice, both, say, shown
 from woosh_pure.faults import with_words
 
 __all__ = ["NOT_CONFIRMED", "Outcome", "OutcomeKind"]
@@ -88,9 +88,9 @@ _STOPPED = {
 }
 
 _NEXT = {
-    OutcomeKind.FAILED: "look at chassis.readiness() and chassis.faults",
+    OutcomeKind.FAILED: advice("look at chassis.readiness() and chassis.faults", key="readiness-and-faults"),
     OutcomeKind.CANCELLED: "somebody else cancelled it: the robot itself, or another client",
-    OutcomeKind.REJECTED: "look at chassis.readiness() for what is in the way",
+    OutcomeKind.REJECTED: advice("look at chassis.readiness() for what is in the way", key="readiness"),
     OutcomeKind.REPLACED: "another client commands this robot now, and may move it; only one should",
     OutcomeKind.TIMED_OUT: "it was cancelled; give a longer timeout if it was on its way",
     OutcomeKind.CONNECTION_LOST: "check the network; the robot may go on with what it was told",

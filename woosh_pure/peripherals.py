@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from rosproto.coercion import as_float, whole
 from rosproto.errors import RosTimeout
-from rosproto.sentence import say
+from rosproto.sentence import advice, say
 from woosh_pure.components import Components
 from woosh_pure.enums import LedState, NavDirection, NavigationMode
 from woosh_pure.errors import ChassisError, StaleState
@@ -239,7 +239,9 @@ class Peripherals:
             pose: Pose2D = feed.wait(self._components.connection.timeout, new=False)
         except RosTimeout as error:
             raise StaleState(
-                say("the pose is not known ({topic} is silent); give start=", topic=feed.topic),
+                advice(
+                    "the pose is not known ({topic} is silent); give start=", key="start", topic=feed.topic
+                ),
                 topic=feed.topic,
             ) from error
         return pose

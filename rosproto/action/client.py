@@ -22,7 +22,7 @@ from rosproto.codec import Message, encode
 from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.node import Node
-from rosproto.sentence import say
+from rosproto.sentence import advice, say
 from rosproto.time import Time
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 
@@ -278,8 +278,9 @@ class ActionClient:
             return f"{', '.join(publishers)} publishes {self._status.topic}, but no status message came"
         if self._status.stats():
             return f"{self._status.topic} is published, and cannot be reached: {self._status.why_silent()}"
-        return say(
+        return advice(
             "nobody publishes {topic}; is the server running, and is the name right?",
+            key="not-there",
             topic=self._status.topic,
         )
 

@@ -10,7 +10,7 @@ import threading
 import pytest
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
-from rosproto.sentence import Sentence, both, led, say, sentence_of
+from rosproto.sentence import Sentence, advice, both, led, say, sentence_of
 
 TEMPLATE = "{topic}: nothing came within {seconds:g} s"
 
@@ -149,4 +149,14 @@ def test_numbers_of_numpy_keep_their_formats() -> None:
     np = pytest.importorskip("numpy")
     told = say("{metres:.2f} m", metres=np.float32(1.5))
     assert told == "1.50 m"
-    assert told.mapped({"{metres:.2f} m": "{metres:.1f} m"}) == "1.5 m"
+    told = advice("{metres:.2f} m", key="far", metres=np.float32(1.5))
+    assert told.advised({"far": "{metres:.1f} m"}) == "1.5 m"
+
+
+def test_advice_is_found_by_its_key() -> None:
+    """Also inside other sentences and after a copy; its words may change, and a name may read like it."""
+    told = both(say("mark {name}", name="go by foot"), advice("go by foot", key="far"))
+    assert told == "mark go by foot; go by foot"
+    assert pickle.loads(pickle.dumps(told)).advised({"far": "take a cab"}) == "mark go by foot; take a cab"
+    assert told.escaped().advised({"far": "take a cab"}) == "mark go by foot; take a cab"
+    assert told.advised({}) == told

@@ -57,16 +57,13 @@ MEANT = {
 """Suggestions for words that are no command. None is carried out: a guess must not move a robot."""
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
 ADVICE = {
-    "look at chassis.readiness() and chassis.faults": "see `woosh ready` and `woosh faults`",
-    "look at chassis.readiness() for what is in the way": "see `woosh ready` for what is in the way",
-    "use go_to for longer ways": "for longer ways: woosh goto --pose X Y DEGREES",
-    "the pose is not known ({topic} is silent); give start=": "the pose is not known ({topic} is silent); "
-    "give --start X Y DEGREES",
-    "no node provides it (master {master}: {text}); start the provider, check the name and its namespace, "
-    "or wait for it with wait()": _NOT_THERE,
-    "nobody publishes {topic}; is the server running, and is the name right?": _NOT_THERE,
+    "readiness-and-faults": "see `woosh ready` and `woosh faults`",
+    "readiness": "see `woosh ready` for what is in the way",
+    "far": "for longer ways: woosh goto --pose X Y DEGREES",
+    "start": "the pose is not known ({topic} is silent); give --start X Y DEGREES",
+    "not-there": _NOT_THERE,
 }
-"""Sentences of the API and their form for the command line: template to template."""
+"""What a command says in place of advice of the API: by its key, a template."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -87,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _task(args: argparse.Namespace, out: Output) -> Task:
     def failed(text: str, code: int) -> None:
-        text = text.mapped(ADVICE) if isinstance(text, Sentence) else text
+        text = text.advised(ADVICE) if isinstance(text, Sentence) else text
         try:
             out.failure(text, code)
         except (OSError, ValueError):

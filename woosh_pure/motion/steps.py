@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from rosproto.coercion import as_float
-from rosproto.sentence import both, say
+from rosproto.sentence import advice, both, say
 from woosh_pure.enums import StepMode
 from woosh_pure.geometry import Velocity
 
@@ -156,7 +156,8 @@ def _check(step: Step) -> None:
     rotating = step.mode is StepMode.ROTATE
     most, unit = (MAX_ANGLE, "rad") if rotating else (MAX_DISTANCE, "m")
     if not step.in_range:
-        hint = "for degrees say degrees=True" if rotating else "use go_to for longer ways"
+        far = advice("use go_to for longer ways", key="far")
+        hint = "for degrees say degrees=True" if rotating else far
         long = say(
             "{way} {unit} is more than the {most} {same} one step may have",
             way=step.data,

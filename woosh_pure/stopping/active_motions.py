@@ -18,7 +18,7 @@ from typing import Protocol
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
-from rosproto.sentence import say
+from rosproto.sentence import advice, say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.connection.velocity_topics import VelocityTopics
@@ -214,7 +214,11 @@ class ActiveMotions:
         """
         if any(not drive.finished for drive in self.drives):
             raise MotionRefused(
-                say("{what} refused, nothing was sent: a velocity block is open; leave it first", what=what)
+                advice(
+                    "{what} refused, nothing was sent: a velocity block is open; leave it first",
+                    key="block-open",
+                    what=what,
+                )
             )
 
     def require_alone(self, goal: OwnMotion) -> None:
@@ -268,9 +272,10 @@ class ActiveMotions:
         """Refuse a goal while others of ours move the base, or end those."""
         if others and check and not replace:
             raise MotionRefused(
-                say(
+                advice(
                     "{what} refused, nothing was sent: {goals} is under way and would be lost; wait for it "
                     "or cancel it, or replace it with replace=True",
+                    key="replace",
                     what=goal.description,
                     goals=[each.description for each in others],
                 )
@@ -383,7 +388,11 @@ class ActiveMotions:
         self.require_not_over()
         if self.stops != since:
             raise MotionRefused(
-                say("{what}: stop() was called while it was being prepared; nothing was sent", what=what)
+                advice(
+                    "{what}: stop() was called while it was being prepared; nothing was sent",
+                    key="stopped",
+                    what=what,
+                )
             )
 
     def _will_move(self) -> None:

@@ -42,20 +42,16 @@ TITLES = {
 }
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
 ADVICE = {
-    "look at chassis.readiness() and chassis.faults": "see GET readiness and GET faults",
-    "look at chassis.readiness() for what is in the way": "see GET readiness for what is in the way",
-    "{what} refused, nothing was sent: a velocity block is open; leave it first": "{what} refused, nothing "
-    "was sent: somebody drives by hand; wait for the end of it, or stop the robot",
-    "{what} refused, nothing was sent: {goals} is under way and would be lost; wait for it or cancel it, or "
-    "replace it with replace=True": "{what} refused, nothing was sent: {goals} is under way and would be "
-    'lost; wait for it or cancel it, or replace it with "replace": true',
-    "{what}: stop() was called while it was being prepared; nothing was sent": "{what}: a stop came while it "
-    "was being prepared; nothing was sent",
-    "no node provides it (master {master}: {text}); start the provider, check the name and its namespace, "
-    "or wait for it with wait()": _NOT_THERE,
-    "nobody publishes {topic}; is the server running, and is the name right?": _NOT_THERE,
+    "readiness-and-faults": "see GET readiness and GET faults",
+    "readiness": "see GET readiness for what is in the way",
+    "block-open": "{what} refused, nothing was sent: somebody drives by hand; wait for the end of it, or "
+    "stop the robot",
+    "replace": "{what} refused, nothing was sent: {goals} is under way and would be lost; wait for it or "
+    'cancel it, or replace it with "replace": true',
+    "stopped": "{what}: a stop came while it was being prepared; nothing was sent",
+    "not-there": _NOT_THERE,
 }
-"""The library's advice for Python programs, and its replacement for API clients, as templates."""
+"""What clients of the API are told in place of advice for Python programs: by its key, a template."""
 KINDS: tuple[tuple[type[Exception], int, str], ...] = (
     (MotionRefused, 409, "motion-refused"),
     (StaleState, 503, "stale-state"),
@@ -113,7 +109,7 @@ class Problem(Exception):
 
 def for_clients(text: str) -> str:
     """Replace advice for Python in a sentence of the library by advice for clients of the API."""
-    return text.mapped(ADVICE) if isinstance(text, Sentence) else text
+    return text.advised(ADVICE) if isinstance(text, Sentence) else text
 
 
 def _said(text: str, language: str) -> str:

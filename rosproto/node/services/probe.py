@@ -12,7 +12,7 @@ from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, S
 from rosproto.node.graph.master_client import CallerIdentity
 from rosproto.node.services.link import ServiceLink
 from rosproto.protocol.handshake import HandshakeRefused, service_client_header
-from rosproto.sentence import say
+from rosproto.sentence import advice
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.uri import parse_uri
@@ -36,9 +36,10 @@ def lookup(caller: CallerIdentity, service: str, deadline: Deadline) -> tuple[st
     except MasterError as error:
         raise ServiceError(
             service,
-            say(
+            advice(
                 "no node provides it (master {master}: {text}); start the provider, check the name and its "
                 "namespace, or wait for it with wait()",
+                key="not-there",
                 master=caller.master.uri,
                 text=error.text,
             ),
