@@ -97,8 +97,6 @@ def wrong_imports(module: str, path: Path) -> Iterator[str]:
         target = layer_of(imported)
         if target is None:
             continue
-        if own != "woosh_pure" and target == "woosh_pure" and module == "rosproto.rospy.launch":
-            continue  # `rosproto run --sim` is the one door upwards, and it is imported late
         if LAYERS.index(target) > LAYERS.index(own) or (target == "rosproto" and own != "woosh_pure"):
             yield f"{path.relative_to(ROOT)}:{line} imports {imported}"
 

@@ -35,7 +35,7 @@ class Group(NamedTuple):
 
 GROUPS = (
     Group("woosh", "woosh-start", "start, connect, diagnose",
-          ("demo", "sim", "connect", "doctor", "selftest", "learn", "shell", "completion")),
+          ("demo", "sim", "connect", "doctor", "selftest", "learn", "run", "shell", "completion")),
     Group("woosh", "woosh-state", "state, sensors, lights and voice",
           ("status", "ready", "watch", "battery", "faults", "imu", "scan", "camera", "cloud", "led", "say")),
     Group("woosh", "woosh-drive", "driving and stopping",

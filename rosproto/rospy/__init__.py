@@ -14,6 +14,6 @@ rospy.exceptions.ROSException` are as programs expect. Source of their behaviour
 from __future__ import annotations
 
 from rosproto.rospy.finder import serve
-from rosproto.rospy.launch import run_program
+from rosproto.rospy.launch import run_at, run_program
 
-__all__ = ["run_program", "serve"]
+__all__ = ["run_at", "run_program", "serve"]

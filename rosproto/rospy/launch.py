@@ -12,7 +12,7 @@ import logging
 import os
 import signal
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from importlib.machinery import SourceFileLoader
 from types import ModuleType, TracebackType
@@ -29,26 +29,17 @@ DEFAULT_PORT = 11311
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options, the program, and the program's own arguments."""
+    import argparse
+
+    class Moved(argparse.Action):
+        def __call__(self, parser: argparse.ArgumentParser, *given: object) -> NoReturn:
+            parser.exit(2, f"{parser.prog}: woosh starts a simulated chassis: woosh run --sim program.py\n")
+
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--chassis", metavar="HOST", help="the chassis: sets ROS_MASTER_URI, and ROS_IP to our address there"
     )
-    where.add_argument("--sim", action="store_true", help="run the program against a simulated chassis")
     where.add_argument("--master", metavar="URI", help="sets ROS_MASTER_URI")
-    parser.add_argument(
-        "--mark",
-        metavar="NAME=X,Y,YAW",
-        action="append",
-        default=[],
-        help="with --sim: a mark of yours, in m, m and degrees (repeat for more)",
-    )
-    parser.add_argument(
-        "--marks",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="with --sim: marks from a list as `woosh marks` keeps it",
-    )
     parser.add_argument(
         "--msg-path",
         metavar="FOLDER",
@@ -63,6 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="the address of a host name that this computer does not know: sets ROSPROTO_RESOLVE",
     )
+    parser.add_argument("--sim", "--mark", "--marks", action=Moved, nargs=0, help=argparse.SUPPRESS)
     parser.add_argument("program", help="a Python file written for rospy")
     parser.add_argument("arguments", nargs="...", help="the program's arguments").required = False
 
@@ -76,7 +68,7 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.r
 
     class Parser(argparse.ArgumentParser):
         def error(self, message: str) -> NoReturn:
-            self.exit(2, f"{prog}: {message}; for example: {prog} --sim program.py\n")
+            self.exit(2, f"{prog}: {message}; for example: {prog} program.py\n")
 
     parser = Parser(prog=prog, description="Run a program written for rospy, unchanged, without ROS.")
     parser.add_argument("-v", "--verbose", action="count", default=0, help="log; twice: log everything")
@@ -92,36 +84,64 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.r
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Set up the environment and run the program; returns its exit code.
+    """Run the program of a command line; returns its exit code.
+
+    Raises:
+        RosError, ValueError, OSError: An option cannot be carried out.
+    """
+    if arguments.master:
+        os.environ["ROS_MASTER_URI"] = arguments.master
+    return run_at(
+        lambda: arguments.chassis,
+        arguments.program,
+        arguments.arguments,
+        msg_path=arguments.msg_path,
+        resolve=arguments.resolve,
+    )
+
+
+def run_at(
+    chassis: Callable[[], str | None],
+    program: str,
+    arguments: Sequence[str],
+    *,
+    own_address: str | None = None,
+    msg_path: Iterable[str] = (),
+    resolve: Iterable[str] = (),
+) -> int:
+    """Set up the environment for a chassis and run a program; returns its exit code.
+
+    Args:
+        chassis: Returns a host or a master's URI, None for that of the environment. Exit functions that it
+            registers run after those of the program.
+        program: Its file.
+        arguments: The program's own.
+        own_address: Our address, as the robot reaches it; None for that on the route to the master.
+        msg_path: Further folders with packages of message definitions.
+        resolve: "NAME=IP" of host names that this computer does not know.
 
     Raises:
         RosError, ValueError, OSError: An option cannot be carried out.
     """
     _interrupt()
-    if (arguments.mark or arguments.marks) and not arguments.sim:
-        raise ValueError("--mark and --marks are for --sim: a real chassis has its own marks")
-    if arguments.msg_path:
-        given = [os.path.abspath(folder) for folder in arguments.msg_path]
+    given = [os.path.abspath(folder) for folder in msg_path]
+    if given:
         before = os.environ.get(MSG_PATH, "")
         os.environ[MSG_PATH] = os.pathsep.join([*given, *([before] if before else [])])
-    if arguments.resolve:
+    names = list(resolve)
+    if names:
         from rosproto.transport.robot_host_names import VARIABLE, parse_host_names
 
-        names = {**parse_host_names([os.environ.get(VARIABLE, "")]), **parse_host_names(arguments.resolve)}
-        os.environ[VARIABLE] = ",".join(f"{name}={address}" for name, address in names.items())
-    if arguments.master:
-        os.environ["ROS_MASTER_URI"] = arguments.master
-    elif arguments.chassis:
-        _go_to(arguments.chassis)
-    elif arguments.sim:
-        uri = _simulate(arguments.mark, arguments.marks)
-        os.environ.update(ROS_MASTER_URI=uri, ROS_IP="127.0.0.1")
-        os.environ.pop("ROS_HOSTNAME", None)
-    return run_program(arguments.program, arguments.arguments)
+        known = {**parse_host_names([os.environ.get(VARIABLE, "")]), **parse_host_names(names)}
+        os.environ[VARIABLE] = ",".join(f"{name}={address}" for name, address in known.items())
+    host = chassis()
+    if host is not None:
+        _go_to(host, own_address)
+    return run_program(program, arguments)
 
 
-def _go_to(host: str) -> None:
-    """Set the environment to the master of a chassis, and to our own address on that route.
+def _go_to(host: str, own_address: str | None) -> None:
+    """Set the environment to the master of a chassis, and to our own address, by default that on the route.
 
     Raises:
         RosError: There is no route to it.
@@ -131,31 +151,8 @@ def _go_to(host: str) -> None:
 
     uri = host if "://" in host else make_uri(*parse_uri(f"http://{host}", DEFAULT_PORT))
     os.environ["ROS_MASTER_URI"] = uri
-    os.environ["ROS_IP"] = local_address_towards(*parse_uri(uri))
+    os.environ["ROS_IP"] = own_address or local_address_towards(*parse_uri(uri))
     os.environ.pop("ROS_HOSTNAME", None)
-
-
-def _simulate(marks: Iterable[str], files: Iterable[str]) -> str:
-    """Start a simulated chassis that runs until the program ends; return the URI of its master.
-
-    Only this imports woosh_pure in rosproto.
-
-    Args:
-        marks: "NAME=X,Y,YAW" in m, m and degrees.
-        files: Lists of marks in the format of `woosh marks`.
-
-    Raises:
-        ValueError: A mark is malformed or inside a wall.
-        FileNotFoundError: A list does not exist.
-    """
-    from woosh_pure import SimulatedChassis
-    from woosh_pure.sim.site import site_of
-
-    simulated = SimulatedChassis(site=site_of(None, marks, files))
-    simulated.__enter__()
-    # Registered before the program's exit functions, so it runs after them.
-    atexit.register(simulated.close)
-    return simulated.master_uri
 
 
 def run_program(path: str, arguments: Sequence[str] = ()) -> int:

@@ -97,7 +97,8 @@ WAYS: dict[str, Way] = {
     "rosproto bridge --bind 0.0.0.0 --token SECRET --allow-write 'topic:/chatter' --deny 'param:*'": Way(
         until="ws://", more=("--port", "0")
     ),
-    "rosproto run --sim program.py _speed:=0.2": Way(shows="speed 0.2"),
+    "rosproto run program.py _speed:=0.2": Way(shows="speed 0.2"),
+    "woosh run --sim program.py _speed:=0.2": Way(shows="speed 0.2"),
     "rosproto master --host 0.0.0.0 --advertise 169.254.128.20": Way(
         until="http://169.254.128.20:", more=("--port", "0")
     ),

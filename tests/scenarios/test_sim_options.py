@@ -1,4 +1,4 @@
-"""`woosh sim` and `rosproto run --sim` with marks of one's own, and the status code that is said again."""
+"""`woosh sim` and `woosh run --sim` with marks of one's own, and the status code that is said again."""
 
 from __future__ import annotations
 
@@ -65,9 +65,9 @@ def test_a_wrong_mark_is_wrong_use(words: list[str], capsys: pytest.CaptureFixtu
 def test_programs_for_rospy_have_their_marks(tmp_path: Path) -> None:
     (tmp_path / "program.py").write_text(PROGRAM)
 
-    def run(*options: str) -> subprocess.CompletedProcess[str]:
+    def run(*options: str, command: str = "woosh_pure") -> subprocess.CompletedProcess[str]:
         return subprocess.run(
-            [sys.executable, "-m", "rosproto", "run", *options, str(tmp_path / "program.py"), "HERE", "NOWHERE"],
+            [sys.executable, "-m", command, "run", *options, str(tmp_path / "program.py"), "HERE", "NOWHERE"],
             env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=60, check=False,
         )  # fmt: skip
 
@@ -78,6 +78,10 @@ def test_programs_for_rospy_have_their_marks(tmp_path: Path) -> None:
     assert "NAME=X,Y,YAW" in wrong.stderr
     alone = run("--mark", "HERE=1,0,0")
     assert alone.returncode == 2
+    for options in (["--sim"], ["--mark", "HERE=1,0,0", "--sim"]):
+        moved = run(*options, command="rosproto")
+        assert (moved.returncode, moved.stdout) == (2, "")
+        assert "woosh run --sim program.py" in moved.stderr
     assert "--sim" in alone.stderr
 
 

@@ -14,6 +14,7 @@ from rosproto.cli import (
     Task,
     WrongUse,
     exit_codes_line,
+    explain,
     give_examples,
     host,
     positive,
@@ -21,6 +22,7 @@ from rosproto.cli import (
     say,
     words_of,
 )
+from rosproto.errors import RosError
 from rosproto.sentence import Sentence
 from rosproto.version import __version__
 from woosh_pure.cli.arguments import EachChassis
@@ -51,7 +53,6 @@ MEANT = {
     "dock": "woosh charge C1",
     "lidar": "woosh scan",
     "mark": "woosh marks",
-    "run": "rosproto run program.py",
     "help": "woosh --help",
 }
 """Suggestions for words that are no command. None is carried out: a guess must not move a robot."""
@@ -71,6 +72,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = words_of(argv)
     language = language_of(words, stream=sys.stdout)
     try:
+        if _asked(words) == "run":
+            return _run_program(words, language)
         return run_command(
             words,
             lambda words: parser_for(words, language),
@@ -80,6 +83,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     except WrongUse as error:
         Output(as_json="--json" in words).failure(error.text, WRONG_USE)
         raise
+
+
+def _run_program(words: Sequence[str], language: str) -> int:
+    """Run a program of the user: it owns the process, with its output, signals and exit code."""
+    args = parser_for(words, language).parse_args(words)
+    task = _task(args, Output(as_json=args.json, language=language))
+    try:
+        return task.run()
+    except (RosError, ValueError, OSError) as error:
+        if args.debug:
+            raise
+        text, code = explain(error)
+        task.failed(text, code)
+        return code
 
 
 def _task(args: argparse.Namespace, out: Output) -> Task:
@@ -204,6 +221,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "say": ("woosh say 你好",),
     "record": ("woosh record -O drive.bag --duration 10m",),
     "web": ("woosh --sim web", "woosh web --bind 0.0.0.0 --token Kd83-hsa2-Pq"),
+    "run": ("woosh run --sim program.py _speed:=0.2",),
     "shell": ("woosh --sim shell",),
     "completion": ('eval "$(woosh completion bash)"',),
 }

@@ -21,7 +21,7 @@ from tests.support.warm import WarmPython
 pytestmark = pytest.mark.slow
 
 SECONDS = 6.0
-PROGRAMS = ("rosproto run",)
+PROGRAMS = ("rosproto run", "woosh run")
 """They print what a program of the user's likes."""
 MODULES = {"rosproto": "rosproto", "woosh": "woosh_pure"}
 LINES = [(prog, path) for prog in MODULES for path in leaves(prog) if path not in PROGRAMS]

@@ -148,7 +148,7 @@ def run_task(args: Namespace, out: Output) -> int:
 
 
 def _task_command(chassis: Chassis, args: Namespace, out: Output) -> int:
-    from woosh_pure.values.messages import service_type
+    from woosh_pure.chassis import components_of
 
     task_id = args.id
     if task_id is None:
@@ -160,9 +160,8 @@ def _task_command(chassis: Chassis, args: Namespace, out: Output) -> int:
             ) from error
         task_id = status.task_id
     command = TaskCommand[word_of(args.verb)]
-    service = chassis.node.service_client("/exec_task", service_type("woosh_msgs/ExecTask"))
     with out.working(say("asking to {verb}", verb=args.verb)):
-        reply = service.call(task_exect=int(command), task_id=task_id, timeout=10.0)
+        reply = components_of(chassis).clients.exec_task(command, task_id, timeout=10.0)
     text = say(reply.message or ("done" if reply.success else "no reason given"))
     told = "{verb} task {id}: {answer}" if reply.success else "{verb} task {id}: REFUSED: {answer}"
     out.line(told, verb=args.verb, id=task_id, answer=text)
