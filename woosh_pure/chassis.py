@@ -20,6 +20,7 @@ from rosproto.watchdog import Watchdog
 from woosh_pure import interface
 from woosh_pure.components import Components
 from woosh_pure.connection.arguments import LONGEST, master_uri_of, require_timeout
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.errors import MotionRefused
@@ -296,6 +297,8 @@ class Chassis(Readings, MotionVerbs, Peripherals):
             with chassis.velocity(bypasses_protection=True) as drive:
                 drive.hold(0.2, seconds=2.0)
 
+        Enter it at once: a block that was made before a `stop` is refused after it.
+
         Args:
             bypasses_protection: Must be True: your acknowledgement of the above.
             direct: Use `/base_cmd_vel` (no smoothing) instead of `/smooth_cmd_vel`.
@@ -311,11 +314,12 @@ class Chassis(Readings, MotionVerbs, Peripherals):
 
         Raises:
             MotionRefused: Not acknowledged, the known state speaks against moving, or (on entering the block)
-                another program can send velocities.
+                another program can send velocities, or `stop` was called since this call.
             ValueError: A limit higher than the chassis's own.
             StaleState: The chassis sends no measured velocity (on entering).
             RosTimeout, ConnectionLost: The velocity topic has no subscriber, or the master is gone.
         """
+        since = self._components.motions.since
         if bypasses_protection is not True:
             raise MotionRefused(
                 "a velocity bypasses the chassis's obstacle avoidance and limits; "
@@ -324,7 +328,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
         self._components.readiness_state.require_ready("velocity", check)
         limits = self._drive_limits(max_linear, max_angular)
         topic = VELOCITY_TOPICS["direct" if direct else "smooth"]
-        return Drive(self._components, topic, limits, feedback_timeout, check=check, share=share)
+        return Drive(self._components, topic, limits, feedback_timeout, since=since, check=check, share=share)
 
     def _drive_limits(self, max_linear: float | None, max_angular: float | None) -> DriveLimits:
         try:
@@ -365,6 +369,19 @@ class Chassis(Readings, MotionVerbs, Peripherals):
         return _stop(
             self._components, everything=everything, end_drivers=end_drivers, timeout=stop_seconds(timeout)
         )
+
+    def request(self) -> CallScope:
+        """Note that a motion is asked for now, for a program that begins it later.
+
+        A `stop` that comes in between must prevent it: a motion that is begun within the result's block is
+        refused if `stop` was called after this call. Without it, a verb counts from its own call. Does not
+        wait.
+
+            request = chassis.request()                 # as soon as the command has come
+            with request:                               # in the thread that carries it out
+                chassis.go_to_mark("A1")
+        """
+        return self._components.motions.request()
 
     # -- everything else -------------------------------------------------------------------------------------
 

@@ -79,6 +79,85 @@ def test_a_stop_keeps_a_velocity_block_from_opening_that_is_just_being_opened(si
         block.set(0.1)
 
 
+@pytest.mark.promise("`chassis.stop()`, from any thread")
+@pytest.mark.parametrize(
+    "begin",
+    [
+        lambda chassis: chassis.go_to_mark("A1"),
+        lambda chassis: chassis.go_to(2.5, 0.0),
+        lambda chassis: chassis.move(0.5),
+        lambda chassis: chassis.velocity(bypasses_protection=True).__enter__(),
+    ],
+    ids=["task", "navigation", "steps", "velocity"],
+)
+def test_what_was_requested_before_a_stop_does_not_begin_after_it(sim, chassis, begin):
+    """However long the thread that is to begin it waited; what is requested afterwards begins."""
+    request = chassis.request()
+    chassis.stop(timeout=2.0)
+    with request, pytest.raises(MotionRefused, match="stop\\(\\) was called"):
+        begin(chassis)
+    assert sim.world.motion is None
+    with chassis.request():
+        chassis.move(0.05).wait(20)
+
+
+def test_a_velocity_block_that_was_made_before_a_stop_does_not_open_after_it(chassis):
+    block = chassis.velocity(bypasses_protection=True)
+    chassis.stop(timeout=2.0)
+    with pytest.raises(MotionRefused, match="stop\\(\\) was called"), block:
+        pass
+    with chassis.velocity(bypasses_protection=True) as drive:
+        assert drive.active
+
+
+def test_an_awaited_verb_that_waits_for_a_thread_does_not_begin_after_a_stop(sim, chassis):
+    """All threads of the asyncio face are in use when it is awaited."""
+    busy, waiting = threading.Event(), []
+
+    async def main() -> None:
+        robot = chassis.aio
+        calls = robot._calls
+        others = [asyncio.create_task(calls.call(lambda: busy.wait(20))) for _ in range(64)]
+        await asyncio.sleep(0)
+        waiting.append(asyncio.create_task(robot.go_to_mark("A1").start()))
+        await asyncio.sleep(0.1)
+        await robot.stop(timeout=2.0)
+        busy.set()
+        await asyncio.gather(*others)
+        with pytest.raises(MotionRefused, match="stop\\(\\) was called"):
+            await waiting[0]
+
+    asyncio.run(main())
+    assert sim.world.motion is None
+
+
+@pytest.mark.parametrize("when", ["while its message waits", "while speed and direction are set"])
+def test_a_drive_of_an_order_that_is_being_prepared_does_not_begin_after_a_stop(
+    sim, chassis, monkeypatch, when
+):
+    from woosh_pure.fleet.drive_runner import DriveRunner
+    from woosh_pure.fleet.messages.elements import Node, NodePosition
+    from woosh_pure.fleet.order.events import Drive
+
+    ended: list[Any] = []
+    runner = DriveRunner(chassis, ended.append, lambda: None)
+    drive = Drive(1, Node("b", 2, True, NodePosition(2.0, 0.0, 0.0, "hall")), None)
+    request = chassis.request()  # as the vehicle does when the message comes
+    with held(monkeypatch, Chassis, "set_navigation_mode") as (came, go_on):
+        if when == "while its message waits":
+            chassis.stop(timeout=2.0)
+        with request:
+            runner.drive(drive)
+        assert came.wait(10.0)
+        if when != "while its message waits":
+            chassis.stop(timeout=2.0)
+        go_on.set()
+        assert wait_for(lambda: ended)
+    assert (ended[0].arrived, ended[0].known) == (False, True)
+    assert "stop() was called" in ended[0].text
+    assert sim.world.motion is None
+
+
 def test_a_resume_that_a_stop_overtakes_does_not_move(sim, real_time, chassis, until, monkeypatch):
     handle = chassis.move(2.0)
     until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any
 
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.lease import ChassisLease
 
@@ -86,6 +87,9 @@ class LightChassis:
 
     def readiness(self) -> Any:
         return SimpleNamespace(reasons=(), refuses=False, sentence=lambda: "")
+
+    def request(self) -> CallScope:
+        return CallScope()
 
     def go_to(self, x: float, y: float, yaw: float, **options: Any) -> Handle:
         before, self.drive = self.drive, Handle(x, y)

@@ -17,7 +17,7 @@ from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
 from rosproto.aio import Pool
-from woosh_pure.connection.call_scope import CallScope, call_scope
+from woosh_pure.connection.call_scope import CallScope
 
 T = TypeVar("T")
 _THREADS = 64
@@ -26,20 +26,24 @@ _THREADS = 64
 class ThreadCalls:
     """The thread pool of one Chassis for its verbs. Usable from several event loops, one after the other.
 
+    Args:
+        request: Makes the scope of a call that is asked for now: `ActiveMotions.request`.
+
     Attributes:
         begun: Goals and velocity blocks that were begun here and are still referenced.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, request: Callable[[], CallScope]) -> None:
+        self._request = request
         self.begun: WeakSet[Any] = WeakSet()
         self._pool = Pool(_THREADS, name="woosh:aio")
 
     async def call(self, function: Callable[[], T]) -> T:
         """Call a verb. What it has begun when the task is cancelled is ended."""
-        scope = CallScope()
+        scope = self._request()
 
         def work() -> T:
-            with call_scope(scope):
+            with scope:
                 return function()
 
         try:

@@ -19,6 +19,7 @@ from woosh_pure.aio.feed import Readings
 from woosh_pure.aio.goals import ActionHandle, Goal, GoalHandle, NavigationHandle, StepHandle, TaskHandle
 from woosh_pure.chassis import Chassis as Threaded
 from woosh_pure.chassis import components_of
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.faults import Faults
 from woosh_pure.lease import ChassisLease
 from woosh_pure.motion import goal_handle as threaded
@@ -128,7 +129,7 @@ class Chassis(Readings):
 
     def _attach(self, chassis: Threaded) -> None:
         self.chassis: Threaded = chassis
-        self._calls = ThreadCalls()
+        self._calls = ThreadCalls(components_of(chassis).motions.request)
         self._depth = 0
         self._shared = False
 
@@ -202,6 +203,19 @@ class Chassis(Readings):
     moved = SameProperty[bool](Threaded.moved, "chassis")
     lease = SameProperty[ChassisLease](Threaded.lease, "chassis")
     under_way = SameProperty[bool](Threaded.under_way, "chassis")
+
+    def request(self) -> CallScope:
+        """Note that a motion is asked for now, for a program that begins it later.
+
+        A `stop` that comes in between must prevent it: a motion that is begun within the result's block is
+        refused if `stop` was called after this call. Without it, a verb counts from when it is awaited. Does
+        not wait.
+
+            request = robot.request()                   # as soon as the command has come
+            with request:                               # in the task that carries it out
+                await robot.go_to_mark("A1")
+        """
+        return self.chassis.request()
 
     @property
     def node(self) -> AwaitableProperty[ros.Node]:

@@ -1,15 +1,18 @@
-"""`CallScope`: the motions that one call of a verb has begun, so that a cancelled asyncio task can end them.
+"""`CallScope`: one call of a verb that was asked for in one place, and is carried out in a thread later.
 
-`woosh_pure.aio` calls the verbs in threads. A cancelled task cannot interrupt such a thread, but it can mark
-the call as unwanted here. Then a motion that the call is preparing does not begin, and one that it has begun
-is ended.
+`woosh_pure.aio`, the web server and the fleet vehicle call the verbs in threads. A `stop` that comes before
+such a thread begins must prevent the motion as well, so the scope has the number of stops at the time when
+the call was asked for. A cancelled asyncio task cannot interrupt the thread, but it can mark the call as
+unwanted here. Then a motion that the call is preparing does not begin, and one that it has begun is ended.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextvars import ContextVar, Token
+from types import TracebackType
+from typing import Protocol
 
 from rosproto.logs import get_logger
 from rosproto.node import Cancellation
@@ -17,23 +20,51 @@ from rosproto.sentence import say
 from woosh_pure.errors import MotionRefused
 
 logger = get_logger("woosh_pure.aio")
-_here = threading.local()
+_here: ContextVar[CallScope | None] = ContextVar("call_scope", default=None)
+
+
+class CountsStops(Protocol):
+    """The part of `woosh_pure.stopping.active_motions.ActiveMotions` that a scope uses."""
+
+    stops: int
 
 
 class CallScope:
-    """Goals and velocity blocks that one call has begun. Safe from any thread.
+    """One call, and the goals and velocity blocks that it has begun: `with scope:` carries it out. Safe from
+    any thread.
+
+    Args:
+        motions: The `ActiveMotions` of the Chassis that is called, which makes the scope in `request`.
+        stops: Number of its stops now, when the call is asked for.
 
     Attributes:
+        motions, stops: As given.
         things: The goals and velocity blocks.
         calling: Ends the service call that is waiting for its reply.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, motions: CountsStops | None = None, stops: int = 0) -> None:
+        self.motions, self.stops = motions, stops
         self.things: list[object] = []
         self.calling = Cancellation()
         self._lock = threading.Lock()
         self._ends: list[tuple[str, Callable[[], object]]] = []
         self._unwanted = False
+        self._before: list[Token[CallScope | None]] = []
+
+    def __enter__(self) -> CallScope:
+        self._before.append(_here.set(self))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        _here.reset(self._before.pop())
+
+    @property
+    def overtaken(self) -> bool:
+        """Whether the Chassis was stopped since the call was asked for. Does not wait."""
+        return self.motions is not None and self.motions.stops != self.stops
 
     def __bool__(self) -> bool:
         """True when something was begun."""
@@ -82,16 +113,6 @@ class CallScope:
                 logger.warning("! %s: its task was cancelled, and it may go on: %s", what, error)
 
 
-@contextmanager
-def call_scope(scope: CallScope) -> Iterator[None]:
-    """Add motions that this thread begins within the block to `scope`."""
-    before, _here.scope = current(), scope
-    try:
-        yield
-    finally:
-        _here.scope = before
-
-
 def current() -> CallScope | None:
-    """The scope of this thread; None outside `call_scope`."""
-    return getattr(_here, "scope", None)
+    """The scope of what this thread, or this asyncio task, carries out; None outside of any."""
+    return _here.get()

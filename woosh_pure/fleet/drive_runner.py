@@ -23,6 +23,7 @@ from typing import Any
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.chassis import Chassis
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.errors import FirmwareLimit, MotionRefused
 from woosh_pure.fleet.action_handlers.running_action import end_is_known
@@ -76,7 +77,8 @@ class DriveRunner:
         with self._lock:
             self._newest = effect.token
             self._open.add(effect.token)
-        self._begin(lambda: self._work(effect), f"woosh:drive-{effect.node.id}")
+        request = self._chassis.request()
+        self._begin(lambda: self._work(effect, request), f"woosh:drive-{effect.node.id}")
 
     def halt(self, token: int) -> None:
         """Cancel the drive; returns at once. Its end is reported."""
@@ -133,14 +135,15 @@ class DriveRunner:
                 return  # already reported
         self._report_end(DriveEnded(token, arrived, text, known))
 
-    def _work(self, effect: Drive) -> None:
+    def _work(self, effect: Drive, request: CallScope) -> None:
         token = effect.token
         try:
             with self._sending:
                 with self._lock:
                     obsolete, before = self._is_obsolete(token), self._handle
                 try:
-                    handle = None if obsolete else self._send(effect)
+                    with request:
+                        handle = None if obsolete else self._send(effect)
                 except Exception:
                     if before is not None:  # it was to be replaced; now it must be cancelled
                         self._cancel(*before)

@@ -21,6 +21,7 @@ from collections import Counter
 from enum import Enum
 from typing import NamedTuple
 
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.fleet.messages.elements import InstantActions, Order
 from woosh_pure.fleet.order.events import Event, MalformedMessage
 
@@ -65,11 +66,13 @@ class InboxContents(NamedTuple):
         flags: Names of what has changed.
         events: Events of the robot, in their order.
         message: The oldest message of the fleet manager; None if none waits.
+        call: The scope that was added with it.
     """
 
     flags: set[str]
     events: list[Event]
     message: Message | None
+    call: CallScope
 
 
 class Inbox:
@@ -88,7 +91,7 @@ class Inbox:
         self._wake = threading.Condition()
         self._flags: set[str] = set()
         self._events: list[Event] = []
-        self._waiting: list[tuple[MessageKind, Message]] = []  # in the order of arrival
+        self._waiting: list[tuple[MessageKind, Message, CallScope]] = []  # in the order of arrival
 
     def flag(self, name: str) -> None:
         """Set a flag."""
@@ -102,8 +105,8 @@ class Inbox:
             self._events.append(event)
             self._wake.notify_all()
 
-    def add_message(self, message: Message) -> bool:
-        """Add a message; False if it, or for a stop an older one, was dropped."""
+    def add_message(self, message: Message, call: CallScope) -> bool:
+        """Add a message with its scope; False if it, or for a stop an older one, was dropped."""
         kind = message_kind(message)
         with self._wake:
             fits = self._count(kind) < CAPACITY[kind]
@@ -113,7 +116,7 @@ class Inbox:
                 if kind is MessageKind.STOP:
                     self._make_room_for_stop(message)
             if fits or kind is MessageKind.STOP:
-                self._waiting.append((kind, message))
+                self._waiting.append((kind, message, call))
             self._wake.notify_all()
             return fits
 
@@ -129,7 +132,7 @@ class Inbox:
         del self._waiting[oldest]
 
     def _count(self, kind: MessageKind) -> int:
-        return sum(each is kind for each, _ in self._waiting)
+        return sum(each is kind for each, _, _ in self._waiting)
 
     @property
     def waiting_messages(self) -> int:
@@ -159,7 +162,7 @@ class Inbox:
                 self._wake.wait(wait)
             if self.closed:
                 return None
-            message = self._waiting.pop(0)[1] if self._waiting else None
-            contents = InboxContents(self._flags, self._events, message)
+            waiting = self._waiting.pop(0)[1:] if self._waiting else (None, CallScope())
+            contents = InboxContents(self._flags, self._events, *waiting)
             self._flags, self._events = set(), []
             return contents

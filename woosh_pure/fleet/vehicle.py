@@ -236,7 +236,8 @@ class Vehicle:
         _log.debug("< %s %s, %d bytes", self.config.prefix, topic, len(payload))
         if self._journal is not None:
             self._journal.note(f"< {topic} {payload[:300]!r}")
-        self._inbox.add_message(self._read(topic, payload))
+        call = self.chassis.request()
+        self._inbox.add_message(self._read(topic, payload), call)
 
     def _read(self, topic: str, payload: bytes) -> Message:
         data: Mapping[str, Any] = {}
@@ -285,7 +286,7 @@ class Vehicle:
                 _log.exception("! %s: an internal error; the vehicle goes on", self.config.prefix)
 
     def _handle(self, contents: InboxContents) -> None:
-        flags, robot_events, message = contents
+        flags, robot_events, message, call = contents
         if "lease" in flags:
             self._lease.hand_over()
         if flags & {"status", "motion", "lease"} or message is not None:
@@ -293,7 +294,8 @@ class Vehicle:
         for event in robot_events:
             self._robot_reports(event)
         if message is not None:
-            self._apply(message)
+            with call:  # a stop of the chassis since its arrival prevents the drive that it begins
+                self._apply(message)
         self._check_waiting_for_rest()
         if "dropped" in flags and "dropped" not in self._due:
             self._due["dropped"] = 0.0

@@ -62,7 +62,7 @@ class ActionHandle(GoalHandle[Any]):
 
         Args:
             message: The goal message.
-            since: `ActiveMotions.stops` when the verb began; None takes its present value.
+            since: `ActiveMotions.since` of the verb; None takes its present value.
             check: False sends it even beside an open velocity block or another motion of ours.
             replace: True ends any other motion of ours.
 
@@ -71,7 +71,7 @@ class ActionHandle(GoalHandle[Any]):
             MotionRefused: `stop` was called in the meantime, or another motion of ours is under way.
         """
         motions = self._components.motions
-        since = motions.stops if since is None else since
+        since = motions.since if since is None else since
         client = self._components.clients.action(self._name)
         require_goal(client, message)
         motion, letting_go = self._motion, self._motion.letting_go()
@@ -237,9 +237,9 @@ def start_navigation(
     replace: bool,
 ) -> NavigationHandle:
     """Send a goal to /move_base: the last pose is the target, the poses before it are the path."""
+    since = components.motions.since
     for pose in path:
         pose.require_sensible()
-    since = components.motions.stops
     components.readiness_state.require_ready("navigation", check)
     goal = message_type("woosh_msgs/MoveBaseGoal")()
     goal.target_pose = stamped_pose(path[-1])
@@ -256,7 +256,7 @@ def start_action(
     components: Components, row: Row, goal: Any, *, timeout: float | None, check: bool, replace: bool
 ) -> ActionHandle:
     """Send a goal of any kind; one that moves the base is checked like the motion verbs."""
-    since = components.motions.stops
+    since = components.motions.since
     described = say("goal of {action}", action=row.name)
     require_finite(goal, described)
     steps = getattr(goal, "stepControl", ())
@@ -434,8 +434,8 @@ def start_steps(
     replace: bool,
 ) -> StepHandle:
     """Send steps to /cmd_vel_control as one goal."""
+    since = components.motions.since
     checked = check_steps(steps)
-    since = components.motions.stops
     components.readiness_state.require_ready("step move", check)
     expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
     handle = StepHandle(components, checked, avoid, expected if timeout is None else timeout)

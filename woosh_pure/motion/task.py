@@ -70,7 +70,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         """Send it. It is registered first, so that `stop` in another thread finds it.
 
         Args:
-            since: `ActiveMotions.stops` when the verb began.
+            since: `ActiveMotions.since` of the verb.
             check: False sends it even beside an open velocity block or another motion of ours.
             replace: True ends any other motion of ours.
 
@@ -374,8 +374,8 @@ def start_task(
     components: Components, order: TaskOrder, *, timeout: float | None, check: bool, replace: bool
 ) -> TaskHandle:
     """Subscribe first, then call the service, so that no status is missed."""
+    since = components.motions.since
     order.check()
-    since = components.motions.stops
     components.readiness_state.require_ready("task", check)
     if check:
         components.motions.require_free_base("task")

@@ -3,6 +3,10 @@
 Every motion is added here before it is sent, so `stop` can always find it. A stop reads a tuple without a
 lock: the tuple is replaced, never changed. `add_goal` writes the tuple first and reads `stops` afterwards; a
 stop increments `stops` first and reads the tuple afterwards. So at least one of them sees the other.
+
+`stops` is compared with its value at the time when the motion was asked for (`since`), which is before its
+thread began, before the chassis was connected, and before anything was waited for: what was asked for before
+a stop does not begin after it.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from typing import Protocol
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import advice, say
-from woosh_pure.connection.call_scope import current
+from woosh_pure.connection.call_scope import CallScope, current
 from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.errors import MotionRefused
@@ -97,7 +101,7 @@ class ActiveMotions:
     Attributes:
         leave: Whether goals continue when the program ends.
         moved: Whether a motion was ever started.
-        stops: Number of calls of `stop`. A motion that was being prepared during one must not begin.
+        stops: Number of stops. A motion that was asked for before one and has not begun must not begin.
         over: Why no motion can begin any more; "" while one can.
         executor: The threads that stop motions; Ctrl-C does not reach them.
 
@@ -136,6 +140,21 @@ class ActiveMotions:
         """The velocity blocks that are open or have not sent their last zeros yet."""
         return list(self._drives)
 
+    def request(self) -> CallScope:
+        """Return the scope of a call that is asked for now, to be carried out in any thread later: within
+        it, a motion is refused if `stop` was called meanwhile. Does not wait.
+        """
+        return CallScope(self, self.since)
+
+    @property
+    def since(self) -> int:
+        """`stops` when what this thread carries out was asked for: now, except in the scope of a `request`.
+
+        Verbs read it first of all.
+        """
+        scope = current()
+        return scope.stops if scope is not None and scope.motions is self else self.stops
+
     def _under_way(self, goals: bool) -> Iterable[Stoppable]:
         return (*self._drives, *self.goals) if goals else self._drives
 
@@ -148,13 +167,16 @@ class ActiveMotions:
             self.executor.put(self._sending_zeros)
         return True
 
-    def note_stop(self) -> StopRequest:
+    def note_stop(self, why: str = "stop() was called") -> StopRequest:
         """Prevent motions that are being prepared from beginning, and ask those under way to end.
 
         Returns immediately and works over any interrupted frame; see `immediate_stop`.
+
+        Args:
+            why: The reason, for outcomes and errors.
         """
         self.stops = next(self._count)
-        return self._immediate_stop.ask(StopRequest("stop() was called"))
+        return self._immediate_stop.ask(StopRequest(why))
 
     def note_end(self, why: str) -> StopRequest:
         """Let no motion begin any more, and ask those under way to end (goals continue with `leave`).
@@ -235,7 +257,7 @@ class ActiveMotions:
 
         Args:
             goal: The goal.
-            since: `stops` when its verb began.
+            since: The `since` of its verb.
             check: False allows it beside a velocity block or another motion.
             replace: True ends another goal that moves the base; its outcome is "replaced".
 
@@ -330,7 +352,7 @@ class ActiveMotions:
 
         Args:
             drive: The drive.
-            since: `stops` when its opening began.
+            since: The `since` of its verb.
             check: False allows it beside a goal of ours.
 
         Raises:

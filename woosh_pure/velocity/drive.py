@@ -53,6 +53,7 @@ class Drive:
         limits: DriveLimits,
         feedback_timeout: float | None,
         *,
+        since: int,
         check: bool = True,
         share: bool = False,
     ) -> None:
@@ -65,6 +66,7 @@ class Drive:
                 )
             )
         self._components = components
+        self._since = since  # `ActiveMotions.since` of the verb
         self._check, self._share = check, share
         self.topic = topic
         self.limits = limits
@@ -90,7 +92,7 @@ class Drive:
         if self._entered:
             raise MotionRefused("this drive was used before; open a new one with chassis.velocity(...)")
         self._entered = True
-        components, since = self._components, self._components.motions.stops
+        components = self._components
         with ExitStack() as undo:  # Ctrl-C included: a drive that did not open accepts no velocity
             undo.callback(self._over.set)
             publisher = components.velocity.acquire(self.topic)
@@ -104,7 +106,7 @@ class Drive:
             # Readiness may have changed since `chassis.velocity(...)` was called.
             components.readiness_state.require_ready("velocity", self._check)
             components.velocity.begin(self.topic)
-            components.motions.add_drive(self, since, check=self._check)
+            components.motions.add_drive(self, self._since, check=self._check)
             undo.callback(components.motions.remove_drive, self)
             threading.Thread(target=self._look_around, name="woosh:drivers", daemon=True).start()
             heartbeat = None

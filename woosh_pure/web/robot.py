@@ -10,7 +10,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
-from woosh_pure.chassis import Chassis
+from woosh_pure.chassis import Chassis, components_of
 from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client
@@ -152,8 +152,12 @@ class Robot:
             lease.renew(client.name)
 
     def begin_stop(self, who: str, *, everything: bool = True) -> Future[StopReport]:
-        """Begin a stop without waiting. An open drive has ended when this returns; the stop goes on."""
-        self.manual_drive.halt(f"{who} stopped the robot")
+        """Begin a stop without waiting. An open drive has ended when this returns, and what was requested
+        before cannot begin any more; the stop goes on.
+        """
+        why = f"{who} stopped the robot"
+        self.manual_drive.halt(why)
+        components_of(self.chassis).motions.note_stop(why)
         return self._stops.begin(who, everything)
 
     def _stop(self, who: str, everything: bool) -> StopReport:

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import NavDirection
 from woosh_pure.errors import MotionRefused
 from woosh_pure.fleet.drive_runner import DriveRunner
@@ -57,6 +58,9 @@ class Robot:
         self.modes.append((max_speed, direction))
         if self.mode_fails is not None:
             raise self.mode_fails
+
+    def request(self) -> CallScope:
+        return CallScope()
 
     def go_to(self, x: float, y: float, yaw: float, **options: Any) -> Goal:
         if self.fails is not None:

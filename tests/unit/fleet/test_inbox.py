@@ -7,11 +7,13 @@ import random
 import pytest
 
 from tests.support.fleet import action, instant, order_json
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.fleet.inbox import CAPACITY, MOST_MESSAGES, Inbox, Message, MessageKind, message_kind
 from woosh_pure.fleet.messages.elements import InstantActions
 from woosh_pure.fleet.messages.parsing import Invalid, read_instant_actions, read_order
 from woosh_pure.fleet.order.events import MalformedMessage
 
+CALL = CallScope()
 ORDER = read_order(order_json())
 MALFORMED = MalformedMessage({}, Invalid("", "an object", 3))
 
@@ -52,14 +54,14 @@ def test_each_message_has_its_lane(message: Message, lane: MessageKind) -> None:
 def test_a_full_lane_drops_what_comes_and_counts_it(message: Message) -> None:
     """And leaves the capacity of other kinds alone."""
     inbox, lane = Inbox(), message_kind(message)
-    taken = [inbox.add_message(message) for _ in range(500)]
+    taken = [inbox.add_message(message, CALL) for _ in range(500)]
     assert taken.count(True) == inbox.waiting_messages == CAPACITY[lane]
     assert inbox.dropped == {lane: 500 - CAPACITY[lane]}
     left = inbox.wait()
     assert left is not None
     assert left.flags == {"dropped"}
     for other in (ORDER, MALFORMED, told("stateRequest"), told("cancelOrder")):
-        assert inbox.add_message(other)
+        assert inbox.add_message(other, CALL)
 
 
 def test_messages_are_read_in_the_order_in_which_they_came() -> None:
@@ -74,7 +76,7 @@ def test_messages_are_read_in_the_order_in_which_they_came() -> None:
         told("stopPause"),
     ]
     for message in sent:
-        inbox.add_message(message)
+        inbox.add_message(message, CALL)
     assert read(inbox) == sent
 
 
@@ -90,7 +92,7 @@ def test_whatever_comes_the_last_of_each_stop_is_kept(seed: int) -> None:
             (("cancelOrder",), ("startPause",), ("startPause", "cancelOrder"), ("beep",), ())
         )
         message = told(*kinds, name=f"n{n}-") if kinds else chance.choice((ORDER, MALFORMED))
-        inbox.add_message(message)
+        inbox.add_message(message, CALL)
         assert inbox.waiting_messages <= MOST_MESSAGES
         if isinstance(message, InstantActions):
             last |= {kind: message for kind in kinds if kind != "beep"}

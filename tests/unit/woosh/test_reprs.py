@@ -18,7 +18,7 @@ def test_a_chassis_says_whether_it_is_connected_and_what_runs():
 
 
 def test_a_drive_says_whether_it_was_entered_and_what_it_sends():
-    drive = Drive(cast(Any, None), "/smooth_cmd_vel", DriveLimits(), 1.0)
+    drive = Drive(cast(Any, None), "/smooth_cmd_vel", DriveLimits(), 1.0, since=0)
     assert repr(drive) == "<Drive /smooth_cmd_vel, not entered: 0 0 m/s, 0 rad/s>"
 
 

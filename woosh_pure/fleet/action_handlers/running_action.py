@@ -15,6 +15,7 @@ from typing import Any
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from woosh_pure.chassis import Chassis
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.errors import ChassisError, GoalFailed
 from woosh_pure.fleet.chassis_facts import Load
 from woosh_pure.fleet.messages.elements import Action
@@ -100,15 +101,19 @@ class ActionRunner:
         task = Task(action, self._chassis, self.loads)
         self._tasks[action.id] = task
         worker = threading.Thread(
-            target=self._work, args=(task,), name=f"woosh:action-{action.type}", daemon=True
+            target=self._work,
+            args=(task, self._chassis.request()),
+            name=f"woosh:action-{action.type}",
+            daemon=True,
         )
         self._workers = {each for each in self._workers if each.is_alive()} | {worker}
         worker.start()
 
-    def _work(self, task: Task) -> None:
+    def _work(self, task: Task, request: CallScope) -> None:
         ok, known, text, action = False, True, "", task.action
         try:
-            text = str(self._handlers[action.type](task) or "")
+            with request:
+                text = str(self._handlers[action.type](task) or "")
             ok = True
         except Exception as error:
             text = str(error) or type(error).__name__

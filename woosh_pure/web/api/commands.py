@@ -27,6 +27,7 @@ from woosh_pure.web.api.dependencies import (
     client_of,
     context_of,
     name_of,
+    note_arrival,
     problems,
     refuse_null,
     robot_of,
@@ -56,17 +57,24 @@ Key = Annotated[
 ]
 
 
-@goals.post("/goals", status_code=201, response_model=models.Goal, responses={**CREATED, **_GOAL_PROBLEMS})
+@goals.post(
+    "/goals",
+    status_code=201,
+    response_model=models.Goal,
+    responses={**CREATED, **_GOAL_PROBLEMS},
+    dependencies=[Depends(note_arrival)],
+)
 def create_goal(
     body: models.GoalRequest, request: Request, response: Response, key: Key = None
 ) -> dict[str, Any]:
     """Start a motion. It does not depend on this connection: it ends when done, cancelled, or timed out."""
     robot, client = check_command(request, lease=False)
-    if key is None:
-        goal = _begin(robot, client, body)
-    else:
-        begin = partial(_begin, robot, client, body)
-        goal = robot.idempotent_answers.give(client.name, key.strip('"'), body.model_dump_json(), begin)
+    with request.state.call:
+        if key is None:
+            goal = _begin(robot, client, body)
+        else:
+            begin = partial(_begin, robot, client, body)
+            goal = robot.idempotent_answers.give(client.name, key.strip('"'), body.model_dump_json(), begin)
     response.headers["location"] = f"{request.url.path}/{goal['id']}"
     return goal
 

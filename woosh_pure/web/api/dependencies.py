@@ -93,6 +93,12 @@ async def connected(request: Request) -> None:
     robot_of(request).require_connection()
 
 
+async def note_arrival(request: Request) -> None:
+    """Note that a command has arrived: a stop that comes before it begins prevents it. Async, so that it does
+    not wait for a thread."""
+    request.state.call = robot_of(request).chassis.request()
+
+
 def check_command(request: Request, *, lease: bool = True, connected: bool = True) -> tuple[Robot, Client]:
     """Return robot and client of a command, after checking the rate and the lease.
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from rosproto.errors import RosError
 from rosproto.sentence import say
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import Problem, problem_of
@@ -50,6 +51,7 @@ class PageDriving:
         self.confirmed = False
         self._dead_man = DeadManSwitch()
         self._presses = 0
+        self._press = CallScope()  # of the newest press
         self._driving = False
         self._drive_entry = 0
 
@@ -95,7 +97,11 @@ class PageDriving:
         if refusal is not None:
             self._tell_drive("refused", *refusal)
             return
-        self._apply(self._dead_man.press(seq, at, vx, wz, time.monotonic()))
+        call = self._robot.chassis.request()  # the drive may wait for a thread, and a stop may come meanwhile
+        verdict = self._dead_man.press(seq, at, vx, wz, time.monotonic())
+        if verdict.act == "open":
+            self._press = call
+        self._apply(verdict)
 
     def beat(self, seq: int, at: float, vx: float, wz: float) -> None:
         """The person still holds the control."""
@@ -108,11 +114,13 @@ class PageDriving:
         self._apply(self._dead_man.end("released"))
 
     async def watch(self) -> None:
-        """Check for silence every 50 ms."""
+        """Check for silence, and while a drive is being opened for a stop by anybody, every 50 ms."""
         while True:
             await asyncio.sleep(0.05)
             if self._dead_man.held:
                 self._apply(self._dead_man.tick(time.monotonic()))
+            if self._dead_man.state == "opening" and self._press.overtaken:
+                self._apply(self._dead_man.end("stopped"))
 
     def _keep_lease(self) -> None:
         if self._dead_man.held and not self._robot.chassis.lease.renew(self._name):
@@ -147,7 +155,7 @@ class PageDriving:
         elif verdict.act == "open":
             self._tell_drive("opening")
             self._presses += 1
-            self._start(self._open(self._presses))
+            self._start(self._open(self._presses, self._press))
         elif verdict.act == "zero":
             self._end_drive(verdict.reason)
         elif verdict.reason:
@@ -156,10 +164,15 @@ class PageDriving:
     def _tell_drive(self, state: str, reason: str = "", text: str = "", **more: Any) -> None:
         self._tell({"t": "drive", "state": state, "reason": reason, "text": text, **more})
 
-    async def _open(self, press: int) -> None:
+    async def _open(self, press: int, call: CallScope) -> None:
         """Open a drive for one press, and end it again if another press has come meanwhile."""
         manual_drive, name = self._robot.manual_drive, self._name
-        opening = self._context.drives.start(manual_drive.open, name)
+
+        def begin() -> None:
+            with call:
+                manual_drive.open(name)
+
+        opening = self._context.drives.start(begin)
         try:
             await asyncio.shield(opening)
         except asyncio.CancelledError:  # the page disconnected while the drive was being opened

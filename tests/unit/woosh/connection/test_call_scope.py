@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from woosh_pure.connection.call_scope import CallScope, call_scope, current
+from woosh_pure.connection.call_scope import CallScope, current
 from woosh_pure.errors import MotionRefused
 from woosh_pure.motion.motion import Motion
 
@@ -40,12 +40,12 @@ def test_one_that_cannot_be_ended_does_not_keep_the_others_going(caplog):
 
 def test_a_thread_notes_what_it_begins_and_no_other_does():
     scope, seen = CallScope(), []
-    with call_scope(scope):
+    with scope:
         assert current() is scope
         other = threading.Thread(target=lambda: seen.append(current()))
         other.start()
         other.join(20)
-        with call_scope(CallScope()) as _:
+        with CallScope():
             assert current() is not scope
         assert current() is scope
     assert current() is None

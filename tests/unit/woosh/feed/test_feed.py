@@ -14,6 +14,7 @@ from rosproto.errors import ConnectionLost, RosTimeout
 from woosh_pure import interface
 from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.aio.feed import Feed as AwaitedFeed
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.feed.feed import Feed
 
 
@@ -248,7 +249,7 @@ def test_an_awaited_iteration_ends_with_its_chassis_however_early_that_closes(he
             return await super().opened(function, dispose)
 
     async def values():
-        return [value async for value in AwaitedFeed(feed, CloseFirst())]
+        return [value async for value in AwaitedFeed(feed, CloseFirst(CallScope))]
 
     assert asyncio.run(values()) == []
 
@@ -257,7 +258,7 @@ def test_an_awaited_iteration_that_begins_after_the_end_is_as_the_other_one():
     """Of what was heard there is no more; where nothing was, the program has a mistake."""
 
     async def values(feed):
-        return [value async for value in AwaitedFeed(feed, ThreadCalls())]
+        return [value async for value in AwaitedFeed(feed, ThreadCalls(CallScope))]
 
     feed, node = feed_of(links=[(True, "")])
     feed.open()
