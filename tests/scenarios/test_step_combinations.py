@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import os
+import random
+import time
 
 import pytest
 
@@ -11,9 +15,11 @@ from tests.support.doors import held, in_thread
 from tests.support.robot_pool import RobotPool
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind
 from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.motion.action_goal import ActionHandle
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim import Settings
 from woosh_pure.sim.body import BodyLimits
+from woosh_pure.values.messages import message_type
 
 pytestmark = pytest.mark.whole
 
@@ -136,6 +142,96 @@ def test_pausing_twice_and_cancelling_while_paused(sim, chassis, until):
     held = sim.pose
     assert chassis.rotate(0.2, speed=0.5).wait()
     assert sim.pose.distance_to(held) < 0.02
+
+
+def test_a_pause_that_comes_while_a_resume_is_being_sent_is_not_forgotten(
+    sim, real_time, chassis, until, monkeypatch
+):
+    """The resume noted "not paused" after the pause had noted "paused": the end by our own pause was told as
+    "replaced"."""
+    handle = chassis.move(1.0)
+    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    handle.pause()
+    send, pausing = handle._motion.send, []
+
+    def sent_then_paused(work):
+        send(work)
+        pausing.append(in_thread(handle.pause))
+        pausing[0][0].join(1.0)
+
+    monkeypatch.setattr(handle._motion, "send", sent_then_paused)
+    handle.resume()
+    monkeypatch.undo()
+    thread, errors = pausing[0]
+    thread.join(10.0)
+    assert (errors, handle.outcome) == ([], None)
+    real_time()
+    handle.resume()
+    assert handle.wait(30.0).arrived
+    assert abs(sim.pose.x - 1.0) < 0.03
+
+
+def test_an_end_by_our_own_pause_is_never_told_as_replaced_however_late_a_thread_looks(
+    sim, chassis, until, monkeypatch
+):
+    """A thread that looked at the goal went on only after the pause had preempted it."""
+    handle = chassis.move(1.0)
+    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    with held(monkeypatch, ActionHandle, "_check") as (came, go_on):
+        looking, _ = in_thread(lambda: handle.done)
+        assert came.wait(10.0)
+        monkeypatch.undo()
+        handle.pause()
+        go_on.set()
+        looking.join(10.0)
+    assert handle.outcome is None
+    handle.resume()
+    assert handle.wait(30.0).arrived
+
+
+def test_feedback_of_a_part_before_the_pause_counts_for_that_part_only(sim, chassis, until, monkeypatch):
+    """It may be called back after the rest was sent, on a busy computer."""
+    handle = chassis.move(1.0)
+    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    kept, on_feedback = [], handle._on_feedback
+    first = handle._goal
+    handle.pause()
+    handle.resume()
+    late = message_type("woosh_msgs/StepControlFeedback")(feedback=1, executeMode=1, percent=60.0)
+    before = handle.percent
+    on_feedback(first, late)
+    kept.append(handle.percent)
+    assert kept[0] - before < 10.0
+    assert handle.wait(30.0).arrived
+    assert abs(sim.pose.x - 1.0) < 0.03
+
+
+@pytest.mark.slow
+def test_pauses_and_resumes_of_several_threads_at_once_lose_nothing(sim, chassis):
+    """PAUSE_TRIALS=50 in the environment repeats it so often. Each move arrives after its whole way; a pause or resume that
+    is refused says why."""
+    chance, failed = random.Random(5), []
+    for trial in range(int(os.environ.get("PAUSE_TRIALS", "2"))):
+        began, ahead = sim.pose.x, 0.5 if trial % 2 == 0 else -0.5
+        handle = chassis.move(ahead)
+
+        def hold_and_go_on(handle=handle):
+            for _ in range(2):
+                for verb in (handle.pause, handle.resume):
+                    time.sleep(chance.uniform(0.0, 0.1))
+                    with contextlib.suppress(MotionRefused):
+                        verb()
+
+        threads = [in_thread(hold_and_go_on) for _ in range(2)]
+        for thread, errors in threads:
+            thread.join(60.0)
+            assert not errors
+        with contextlib.suppress(MotionRefused):
+            handle.resume()  # a pause of one thread may have come last
+        outcome = handle.wait(30.0, raises=False)
+        if not outcome.arrived or abs(sim.pose.x - began - ahead) > 0.05:
+            failed.append((trial, str(outcome.kind), outcome.text, round(sim.pose.x - began, 3)))
+    assert not failed
 
 
 def test_resuming_what_was_not_paused_is_refused(chassis):

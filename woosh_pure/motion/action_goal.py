@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import functools
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -27,6 +29,8 @@ from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.messages import message_type, pose_of, require_finite, stamped_pose
 
 logger = get_logger("woosh_pure.goal")
+
+_TURN = 10.0  # seconds; a pause waits five for its answer
 
 # actionlib_msgs/GoalStatus
 _SUCCEEDED, _PREEMPTED, _ABORTED, _REJECTED, _RECALLED = 3, 2, 4, 5, 8
@@ -170,12 +174,17 @@ class ActionHandle(GoalHandle[Any]):
             if self._motion.may_go_on and self._has_ended():
                 self._motion.see_end()
         elif goal.done:
-            self._settle(int(goal.status), goal.text or "", goal.result)
+            if not self._is_held(goal):
+                self._settle(int(goal.status), goal.text or "", goal.result)
         elif (error := goal.connection_error) is not None:
             self._motion.finish(OutcomeKind.CONNECTION_LOST, str(error))
             # A goal that never arrived must not begin when the network is back.
             if goal.give_up():
                 self._given_up = time.monotonic()
+
+    def _is_held(self, goal: Any) -> bool:
+        """Whether the end of that goal on the server is not the end of this motion."""
+        return False
 
     def _settle(self, status: int, text: str, result: Any) -> None:
         if status == _SUCCEEDED:
@@ -284,19 +293,54 @@ class StepProgress:
     index: int
 
 
+class _Part:
+    """What one goal of a step move has to do: the whole move, or what remained of it after a pause.
+
+    Feedback of an earlier part may be called back after the next one was sent, so each has its own progress.
+
+    Attributes:
+        steps: Its steps.
+        first: Index of the first of them in the whole move.
+        done_before: Percent of the whole that was done before it.
+        place: Index and percent of the step under way; one value, so that no lock is needed.
+        goal_id: The id of its goal.
+    """
+
+    def __init__(self, steps: tuple[Step, ...], first: int = 0, done_before: float = 0.0) -> None:
+        self.steps, self.first, self.done_before = steps, first, done_before
+        self.place = (0, 0.0)
+        self.goal_id = ""
+
+    def overall(self) -> float:
+        """Percent of the whole move that is done."""
+        index, percent = self.place
+        share = (index * 100.0 + percent) / len(self.steps)
+        return self.done_before + (100.0 - self.done_before) * share / 100.0
+
+    def remaining(self) -> _Part:
+        """The part that remains of it."""
+        index, percent = self.place
+        steps = (self.steps[index].rest(percent), *self.steps[index + 1 :])
+        return _Part(steps, self.first + index, self.overall())
+
+
 class StepHandle(ActionHandle):
     """A goal of /cmd_vel_control under way."""
 
     def __init__(self, components: Components, steps: tuple[Step, ...], avoid: bool, timeout: float) -> None:
         super().__init__(components, "/cmd_vel_control", _in_a_row(steps), timeout)
-        self._steps = steps
-        self._first = 0  # index of the first of `_steps` in the original goal
+        self._part = _Part(steps)
         self._count = len(steps)
         self._avoid = avoid
-        # Index and percent of the step under way; one value, so that no lock is needed.
-        self._place = (0, 0.0)
-        self._done_before = 0.0  # percent of the whole that was done before the last resume
-        self._paused = False
+        # The goal that a pause of ours ends on the server. It is noted before the pause is sent, so whoever
+        # sees that end sees this as well.
+        self._held: Any = None
+        # One pause or resume at a time. No stop, cancel or wait takes it.
+        self._turn = threading.Lock()
+
+    @property
+    def _paused(self) -> bool:
+        return self._held is not None and self._held is self._goal
 
     @property
     def drives(self) -> bool:
@@ -307,7 +351,7 @@ class StepHandle(ActionHandle):
     def percent(self) -> float:
         """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
         told = self._motion.told
-        return 100.0 if told is not None and told.arrived else self._overall()
+        return 100.0 if told is not None and told.arrived else self._part.overall()
 
     def _describe(self, progress: StepProgress) -> str:
         return say(
@@ -318,20 +362,21 @@ class StepHandle(ActionHandle):
             percent=progress.percent,
         )
 
-    def _overall(self) -> float:
-        index, percent = self._place
-        share = (index * 100.0 + percent) / len(self._steps)
-        return self._done_before + (100.0 - self._done_before) * share / 100.0
+    def _new_goal_id(self, client: rosproto.ActionClient) -> str:
+        self._part.goal_id = super()._new_goal_id(client)
+        return self._part.goal_id
 
-    def _progress_of(self, feedback: Any) -> StepProgress:
+    def _on_feedback(self, goal: Any, feedback: Any) -> None:
+        part = self._part
+        if goal.goal_id != part.goal_id:
+            return  # of the part before a pause
         mode, percent = StepMode(feedback.executeMode), float(feedback.percent)
-        self._place = locate_step(self._steps, *self._place, mode, percent)
-        return StepProgress(mode, percent, self._first + self._place[0])
+        part.place = locate_step(part.steps, *part.place, mode, percent)
+        self._advance(StepProgress(mode, percent, part.first + part.place[0]))
 
     def remaining(self) -> tuple[Step, ...]:
         """The remaining steps, by the last report."""
-        index, percent = self._place
-        return (self._steps[index].rest(percent), *self._steps[index + 1 :])
+        return self._part.remaining().steps
 
     def pause(self) -> None:
         """Hold the move; `resume` sends what remains.
@@ -339,61 +384,88 @@ class StepHandle(ActionHandle):
         Raises:
             MotionRefused: It has ended, perhaps while the pause was sent; or the chassis did not confirm.
         """
+        with self._in_turn():
+            self._pause()
+
+    def _pause(self) -> None:
         ended = say("{goal}: it has ended and cannot be paused", goal=self.description)
         if self.done:
             raise MotionRefused(ended)
-        self._paused = True
-        pause = self._components.clients.action(self._name).send_goal(
-            step_goal(StepControlMode.PAUSE, (), self._avoid)
-        )
+        goal = self._held = self._goal
         try:
+            pause = self._components.clients.action(self._name).send_goal(
+                step_goal(StepControlMode.PAUSE, (), self._avoid)
+            )
             result = pause.wait(5.0)
             if result.result != 1:
                 raise MotionRefused("it reports that nothing was paused")
-            self._refine(result)
         except RosError as error:
-            self._paused = False
+            self._held = None
             if self.done:  # the server reports the end before it answers the pause
                 raise MotionRefused(ended) from error
             raise MotionRefused(
                 say("{goal}: the chassis did not confirm the pause: {why}", goal=self.description, why=error)
             ) from error
+        if int(goal.status) != _RECALLED:  # else it never began, and the result is of an earlier part
+            self._refine(result)
 
     def _refine(self, result: Any) -> None:
         """Use the position of the pause in the chassis's result, which is more exact than the last report.
 
         These numbers are not documented, so they are used only if they fit the step under way.
         """
-        index, percent = self._place
-        if int(result.executeMode) == self._steps[index].mode and percent <= result.percent < 100.0:
-            self._place = (index, float(result.percent))
+        part = self._part
+        index, percent = part.place
+        if int(result.executeMode) == part.steps[index].mode and percent <= result.percent < 100.0:
+            part.place = (index, float(result.percent))
 
     def resume(self) -> None:
         """Go on after `pause` by sending the remaining steps again, as the interface prescribes."""
+        with self._in_turn():
+            self._resume()
+
+    def _resume(self) -> None:
         if not self._paused:
             raise MotionRefused(say("{goal}: it is not paused", goal=self.description))
         self._components.motions.require_alone(self._motion)
-        # No reports come now: the goal has been preempted, and the next one is not sent yet.
-        self._done_before = self._overall()
-        self._first += self._place[0]
-        self._steps = self.remaining()
-        self._place = (0, 0.0)
-        goal = step_goal(StepControlMode.RESUME, self._steps, self._avoid)
+        part = self._part = self._part.remaining()
+        goal = step_goal(StepControlMode.RESUME, part.steps, self._avoid)
         client = self._components.clients.action(self._name)
         goal_id = self._new_goal_id(client)
         self._motion.send(lambda: self._send_to(client, goal, goal_id))
-        self._paused = False
+
+    @contextmanager
+    def _in_turn(self) -> Iterator[None]:
+        """Wait, with a time limit, until another thread's pause or resume of this move has been answered."""
+        if not self._turn.acquire(timeout=_TURN):
+            raise MotionRefused(
+                say(
+                    "{goal}: another pause or resume of it was not answered within {seconds:g} s",
+                    goal=self.description,
+                    seconds=_TURN,
+                )
+            )
+        try:
+            yield
+        finally:
+            self._turn.release()
+
+    def _is_held(self, goal: Any) -> bool:
+        return goal is self._held
 
     def _check(self) -> None:
-        # The pause has preempted the first goal, which does not end this move,
-        # unless the chassis has fallen silent: then it cannot be resumed.
-        if not self._paused:
+        if not (self._paused and self._motion.over.is_set):
             super()._check()
-        elif not self._motion.over.is_set and (lost := self._components.feeds.lost("velocity")):
+        # A paused move does not end, unless the chassis has fallen silent: then it cannot be resumed.
+        if (
+            self._paused
+            and not self._motion.over.is_set
+            and (lost := self._components.feeds.lost("velocity"))
+        ):
             self._motion.finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _request_cancel(self, timeout: float) -> None:
-        paused, self._paused = self._paused, False
+        paused, self._held = self._paused, None
         super()._request_cancel(timeout)
         if paused:
             self._motion.finish(OutcomeKind.CANCELLED, "cancelled while paused")
