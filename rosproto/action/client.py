@@ -192,10 +192,9 @@ class ActionClient:
                 "call wait_for_server first",
                 peer=self._goal.topic,
             )
-        stamp = self._node.clock.now()
         goal_id = goal_id or self.new_goal_id()
         receivers = frozenset(self._goal.subscribers)
-        sent = SentGoal(goal_id, goal, stamp, self._clock.monotonic(), receivers)
+        sent = SentGoal(goal_id, goal, self._clock.monotonic(), receivers)
         # Encode now: a cancel may be needed when Python can no longer import modules.
         cancel = encode(self.type.goal_id(id=goal_id))
         handle = GoalHandle(sent, self._goals, partial(self._write_cancel, cancel))
@@ -203,8 +202,10 @@ class ActionClient:
         sent.on_transition = None if transition is None else partial(transition, handle)
         # Before publishing: the answer may arrive before publish returns (actionlib #66).
         self._goals.follow(sent)
-        message: Any = self.type.action_goal(goal_id=self.type.goal_id(stamp=stamp, id=goal_id), goal=goal)
-        message.header.stamp = stamp
+        # The goal id's stamp stays zero: the server sets it, from its own clock. A simple server drops a goal
+        # whose stamp is before the last goal's, and these two would come from different computers.
+        message: Any = self.type.action_goal(goal_id=self.type.goal_id(id=goal_id), goal=goal)
+        message.header.stamp = self._node.clock.now()  # for people: no server decides by it
         try:
             self._goal.publish(message)
         except BaseException:
@@ -226,7 +227,10 @@ class ActionClient:
         self._send_cancel("", Time())
 
     def cancel_before(self, time: Time) -> None:
-        """Ask the server to cancel every goal sent at or before a time, by the sender's clock.
+        """Ask the server to cancel every goal with a stamp at or before a time.
+
+        The server sets the stamps of our goals, so give a time of its clock (a status message has one). Until
+        its clock has passed that time, it also cancels goals that come later with an earlier stamp.
 
         Raises:
             ConnectionLost: No server is connected to take the request.

@@ -24,7 +24,6 @@ class GoalHandle:
     Attributes:
         goal_id: Id on the wire.
         goal: The goal message.
-        sent: Stamp on the wire.
     """
 
     def __init__(self, sent: SentGoal, tracker: GoalTracker, write_cancel: Callable[[], None]) -> None:
@@ -34,7 +33,6 @@ class GoalHandle:
         self._tracker = tracker
         self.goal_id = sent.goal_id
         self.goal = sent.goal
-        self.sent = sent.stamp
 
     def __repr__(self) -> str:
         return f"<GoalHandle {self.goal_id} {self.state.name}, {self.status.name}>"

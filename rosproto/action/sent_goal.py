@@ -21,7 +21,6 @@ from typing import Any
 
 from rosproto.protocol.goal_client import CommState, GoalMachine
 from rosproto.protocol.goal_status import GoalStatus
-from rosproto.time import Time
 
 FEEDBACK_KEPT = 100  # messages
 _NOT_ARRIVED = (CommState.WAITING_FOR_GOAL_ACK, CommState.WAITING_FOR_CANCEL_ACK)
@@ -34,7 +33,6 @@ class SentGoal:
     Attributes:
         goal_id: Id on the wire.
         goal: The goal message.
-        stamp: Stamp on the wire.
         sent_at: When it was sent, by the client's steady clock.
         receivers: Caller ids of the nodes that were connected to the goal topic then.
         machine: Its communication states.
@@ -49,7 +47,6 @@ class SentGoal:
 
     goal_id: str
     goal: Any
-    stamp: Time
     sent_at: float
     receivers: frozenset[str]
     machine: GoalMachine = field(init=False)

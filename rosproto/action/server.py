@@ -34,7 +34,7 @@ class ServerGoal:
 
     Attributes:
         id: Goal id on the wire.
-        stamp: When the client says it sent the goal.
+        stamp: When the client says it sent the goal; when it arrived, if the client gave no stamp.
         goal: The goal message.
         client: Caller id of the node that sent it.
     """
@@ -123,9 +123,11 @@ class ActionServer:
     If it raises, the goal is aborted with the exception's text; if it returns without ending the goal,
     the goal is aborted, or preempted when a cancel was requested.
 
-    One goal at a time, as actionlib's simple server: a newer goal (by stamp) asks the one under way to stop
-    and starts when its handler has returned; of several that wait only the newest is kept, the others are
-    recalled. With `concurrent=True` every goal starts at once.
+    One goal at a time, as actionlib's simple server: a newer goal asks the one under way to stop and starts
+    when its handler has returned; of several that wait only the newest is kept, the others are recalled. A
+    goal whose stamp is before that of the last one is recalled, also when that one has ended; a goal without a
+    stamp gets the server's time. A goal that is cancelled while it waits ends, preempted, when its turn
+    comes; its handler is not called. With `concurrent=True` every goal starts at once.
 
     Args:
         node: The node to do it with.
@@ -171,6 +173,7 @@ class ActionServer:
         self._lock = threading.RLock()
         self._goals = GoalList()
         self._live: dict[str, ServerGoal] = {}
+        self._newest = Time()  # simple policy: stamp of the last goal, which may have ended
         self._waiting: ServerGoal | None = None  # simple policy: the goal that starts next
         self._current: ServerGoal | None = None  # simple policy: the goal whose handler runs
         self._workers: set[threading.Thread] = set()
@@ -249,14 +252,16 @@ class ActionServer:
 
     def _on_goal(self, message: Any) -> None:
         header = message._connection_header or {}
-        stamp = message.goal_id.stamp
-        if not stamp:
-            stamp = self._node.clock.now()
-        goal_id = message.goal_id.id or f"{self._node.name}-server-{next(_counter)}-{stamp.to_sec():.3f}"
+        goal_id, sent = message.goal_id.id, message.goal_id.stamp
+        # A server that makes the id makes the stamp, too (actionlib's StatusTracker).
+        stamp = sent if goal_id and sent else self._node.clock.now()
+        goal_id = goal_id or f"{self._node.name}-server-{next(_counter)}-{stamp.to_sec():.3f}"
         with self._lock:
             if self._closed:
                 return
-            record, new = self._goals.goal_received(goal_id, stamp.to_nsec(), self._clock.monotonic())
+            record, new = self._goals.goal_received(
+                goal_id, stamp.to_nsec(), self._clock.monotonic(), sent=sent.to_nsec()
+            )
             if new:
                 goal = ServerGoal(self, record, message.goal, stamp, header.get("callerid", ""))
                 self._live[goal_id] = goal
@@ -277,9 +282,6 @@ class ActionServer:
                 if goal is None:
                     continue
                 goal._cancel.set()
-                if goal is self._waiting:  # it was not started: it can be recalled at once
-                    self._waiting = None
-                    self._apply(goal, "cancel", None, "canceled before it was started")
             self._publish_status()
 
     def _admit(self, goal: ServerGoal) -> None:
@@ -305,10 +307,10 @@ class ActionServer:
 
     def _queue(self, goal: ServerGoal) -> None:
         """The simple policy: the newest goal by stamp wins."""
-        others = [other for other in (self._current, self._waiting) if other is not None]
-        if any(goal.stamp < other.stamp for other in others):
+        if goal.stamp < self._newest:
             self._apply(goal, "cancel", None, REPLACED)
             return
+        self._newest = goal.stamp
         if self._waiting is not None:
             self._apply(self._waiting, "cancel", None, REPLACED)
         self._waiting = goal
@@ -319,6 +321,11 @@ class ActionServer:
 
     def _start_waiting(self) -> None:
         goal, self._waiting = self._waiting, None
+        if goal is not None and goal.cancel_requested:
+            self._apply(goal, "accept", None, None)
+            self._apply(goal, "cancel", None, "canceled before it was started")
+            self._publish_status()
+            goal = None
         self._current = goal
         if goal is not None:
             self._start(goal)
@@ -375,7 +382,7 @@ class ActionServer:
             self._apply(goal, command, result, text)
             self._publish_status()
 
-    def _apply(self, goal: ServerGoal, command: str, result: Any, text: str) -> None:
+    def _apply(self, goal: ServerGoal, command: str, result: Any, text: str | None) -> None:
         """Change a goal's state; when it ends, publish the result."""
         if result is not None:
             result = part_from(result, self.type.result, f"a result of {self.name}")

@@ -76,7 +76,7 @@ class GoalRecord:
 
     Attributes:
         goal_id: Unique id, from the client.
-        stamp: The goal id's stamp, nanoseconds; 0 when the client gave none.
+        stamp: The goal id's stamp, nanoseconds: the client's, or the server's time when the client gave none.
         status: Current status.
         text: Text that accompanies the status.
         early_cancel: True for an entry made by a cancel whose goal has not arrived.
@@ -110,8 +110,17 @@ class GoalList:
     def __len__(self) -> int:
         return len(self._records)
 
-    def goal_received(self, goal_id: str, stamp: int, now: float) -> tuple[GoalRecord, bool]:
+    def goal_received(
+        self, goal_id: str, stamp: int, now: float, *, sent: int | None = None
+    ) -> tuple[GoalRecord, bool]:
         """A goal message arrived.
+
+        Args:
+            goal_id: Its id.
+            stamp: Its stamp in the list, nanoseconds.
+            now: The clock.
+            sent: The stamp in the message, 0 for none: only this one is compared with an earlier cancel by
+                time, as in roscpp (rospy compares the stamp in the list). None: the same as `stamp`.
 
         Returns:
             The entry, and whether to notify the program. If not, it is a repetition (nothing to do) or was
@@ -129,7 +138,7 @@ class GoalList:
             record.early_cancel = False
             self.apply(record, "cancel", now, "canceled before the goal arrived")
             return record, False
-        if is_before(stamp, self._last_cancel):
+        if is_before(stamp if sent is None else sent, self._last_cancel):
             self.apply(record, "cancel", now, CANCELED_BY_TIME)
             return record, False
         return record, True

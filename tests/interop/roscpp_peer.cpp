@@ -2,11 +2,13 @@
 //
 //     roscpp_peer ROLE [ARGUMENT...]
 #include <actionlib/client/simple_action_client.h>
+#include <actionlib/TestAction.h>
 #include <actionlib/server/simple_action_server.h>
 #include <geometry_msgs/Twist.h>
 #include <ros/ros.h>
 #include <sensor_msgs/Image.h>
 #include <sensor_msgs/LaserScan.h>
+#include <std_msgs/Int32.h>
 #include <std_msgs/String.h>
 #include <std_srvs/Empty.h>
 #include <std_srvs/SetBool.h>
@@ -17,6 +19,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <memory>
+#include <set>
 #include <string>
 
 static void say(const char *text) { puts(text); fflush(stdout); }
@@ -67,6 +71,50 @@ static int action_client(char **) {
     client.cancelGoal();
     if (!client.waitForResult(ros::Duration(60))) { puts("no result"); return 1; }
     printf("%s %s\n", client.getState().toString().c_str(), client.getState().getText().c_str());
+    return 0;
+}
+
+// One server for each name. A goal runs until its number is on /finish; one whose name begins with "obeys" also ends
+// when it is preempted.
+struct Holder {
+    typedef actionlib::SimpleActionServer<actionlib::TestAction> Server;
+    static std::set<int> finished;
+    static boost::mutex lock;
+    std::string name;
+    Server server;
+
+    Holder(ros::NodeHandle handle, const std::string &name)
+        : name(name), server(handle, name, boost::bind(&Holder::execute, this, boost::placeholders::_1), false) {
+        server.start();
+    }
+    static void finish(const std_msgs::Int32::ConstPtr &number) {
+        boost::mutex::scoped_lock locked(lock);
+        finished.insert(number->data);
+    }
+    static bool is_finished(int number) {
+        boost::mutex::scoped_lock locked(lock);
+        return finished.count(number) > 0;
+    }
+    void execute(const actionlib::TestGoalConstPtr &goal) {
+        if (server.isPreemptRequested()) { server.setPreempted(); return; }
+        while (!is_finished(goal->goal)) {
+            if (!ros::ok()) return;
+            if (name.rfind("obeys", 0) == 0 && server.isPreemptRequested()) { server.setPreempted(); return; }
+            ros::Duration(0.005).sleep();
+        }
+        server.setSucceeded();
+    }
+};
+std::set<int> Holder::finished;
+boost::mutex Holder::lock;
+
+static int action_holders(char **names) {
+    ros::NodeHandle handle;
+    ros::Subscriber subscriber = handle.subscribe("/finish", 1000, Holder::finish);
+    std::vector<std::unique_ptr<Holder>> holders;
+    for (; *names; ++names) holders.emplace_back(new Holder(handle, *names));
+    say("up");
+    ros::spin();
     return 0;
 }
 
@@ -178,6 +226,7 @@ int main(int argc, char **argv) {
     std::map<std::string, Role> roles = {
         {"action_server", {action_server, ros::init_options::NoRosout}},
         {"action_client", {action_client, ros::init_options::NoRosout}},
+        {"action_holders", {action_holders, ros::init_options::NoRosout}},
         {"service_server", {service_server, 0}},
         {"service_client", {service_client, 0}},
         {"topic_echo", {topic_echo, ros::init_options::NoSigintHandler}},

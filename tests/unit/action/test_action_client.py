@@ -25,13 +25,16 @@ def live(graph):
         yield client
 
 
-def test_a_goal_goes_out_with_a_unique_id_and_stamp(graph, client):
+@pytest.mark.promise("A goal id whose stamp is zero")
+def test_a_goal_goes_out_with_a_unique_id_and_no_stamp_of_this_computers_clock(graph, client):
     one, two = client.send_goal(Goal(mode=1)), client.send_goal(Goal(mode=2))
     first, second = graph.publishers["/act/goal"].sent
     assert (first.goal_id.id, second.goal_id.id) == (one.goal_id, two.goal_id)
     assert one.goal_id != two.goal_id
     assert one.goal_id.startswith("/me-")
-    assert first.goal_id.stamp == first.header.stamp == Time(100)
+    assert (first.goal_id.stamp, first.header.stamp) == (Time(), Time(100))
+    one.cancel()
+    assert graph.publishers["/act/cancel"].sent[0].stamp == Time()
     assert (first.goal.mode, second.goal.mode) == (1, 2)
 
 

@@ -226,16 +226,41 @@ def test_of_waiting_goals_only_the_newest_is_kept(make):
     assert bench.wait_results(3)[1:] == [("a", G.SUCCEEDED, ""), ("c", G.SUCCEEDED, "")]
 
 
-def test_a_goal_older_than_the_one_under_way_is_recalled(make):
+def test_a_goal_older_than_the_last_one_is_recalled_also_when_that_one_has_ended(make):
     bench = make()
     bench.send("a", 5)
     bench.send("late", 4)
     assert bench.results == [("late", G.RECALLED, "canceled: another goal was received")]
     bench.cancel()
-    bench.wait_results(2)
+    assert bench.wait_results(2)[1][:2] == ("a", G.PREEMPTED)
+    bench.send("still late", 4)
+    assert bench.results[2:] == [("still late", G.RECALLED, "canceled: another goal was received")]
 
 
-def test_a_waiting_goal_that_is_cancelled_is_recalled_and_never_started(make):
+def test_goals_without_a_stamp_follow_each_other_by_the_servers_clock(make):
+    bench = make(lambda goal: Result())
+    for number, clock in enumerate((50, 50, 51)):
+        bench.node.clock.time = Time(clock)
+        bench.send(str(number), 0)
+        assert bench.wait_results(number + 1)[number][1] is G.SUCCEEDED
+    bench.send("ahead", 60)
+    bench.wait_results(4)
+    bench.send("before that", 0)
+    assert bench.results[4][1] is G.RECALLED
+    bench.node.clock.time = Time(60)
+    bench.send("after that", 0)
+    assert bench.wait_results(6)[5][1] is G.SUCCEEDED
+
+
+def test_a_goal_without_a_stamp_is_not_cancelled_by_an_earlier_cancel_by_time(make):
+    bench = make(lambda goal: Result())
+    bench.cancel(stamp=1000)
+    bench.send("a", 999)
+    bench.send("b", 0)
+    assert [r[1] for r in bench.wait_results(2)] == [G.RECALLED, G.SUCCEEDED]
+
+
+def test_a_waiting_goal_that_is_cancelled_ends_preempted_in_its_turn_and_is_never_started(make):
     started = []
     release = threading.Event()
 
@@ -248,10 +273,12 @@ def test_a_waiting_goal_that_is_cancelled_is_recalled_and_never_started(make):
     bench.send("a", 1)
     bench.send("b", 2)
     bench.cancel("b")
-    assert bench.results == [("b", G.RECALLED, "canceled before it was started")]
+    assert bench.statuses()[-1] == [("a", G.ACTIVE), ("b", G.RECALLING)]
     release.set()
-    bench.wait_results(2)
-    assert started == ["a"]
+    assert bench.wait_results(2)[1] == ("b", G.PREEMPTED, "canceled before it was started")
+    bench.send("c", 3)
+    bench.wait_results(3)
+    assert started == ["a", "c"]
 
 
 def test_concurrent_goals_run_side_by_side_and_are_cancelled_by_id_time_or_all(make):
