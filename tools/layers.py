@@ -24,6 +24,7 @@ LAYERS = [
     "rosproto.protocol",
     "rosproto.bag",
     "rosproto.transport",
+    "rosproto.admission",
     "rosproto.master",
     "rosproto.node",
     "rosproto.rosout_aggregator",
@@ -54,6 +55,7 @@ PURE = [
     "rosproto.time",
     "rosproto.codec",
     "rosproto.protocol",
+    "rosproto.admission",
 ]
 """Values in, values out: no sockets, threads or clocks."""
 

@@ -1,7 +1,7 @@
 """`WebSocketServer`: the server below both gateways, with `websockets` on an asyncio loop in its own thread.
 
 Connections are bounded in number and time before they become clients, and their HTTP request is checked
-(`pending_connections.py`, `admission.py`). A client's session gets its messages one after the other, and
+(`pending_connections.py`, `handshake.py`). A client's session gets its messages one after the other, and
 `outbox_writer.py` sends what waits in its outbox.
 """
 
@@ -21,13 +21,14 @@ from http import HTTPStatus
 from importlib import import_module
 from typing import Any
 
+from rosproto.admission import AdmissionRefusal
 from rosproto.aio.pool import Pool, notify
 from rosproto.errors import LocalProtocolError, RosTimeout
-from rosproto.gateway.admission import Admission, AdmissionRefusal
 from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
+from rosproto.gateway.handshake import HandshakeRules
 from rosproto.gateway.outbox_writer import OutboxWriter, closed_error
-from rosproto.gateway.pending_connections import AT_ONCE, BACKLOG, Listener
+from rosproto.gateway.pending_connections import AT_ONCE, BACKLOG, Listener, key_of
 from rosproto.logs import PeerLog
 from rosproto.transport.os_errors import system_errors
 from rosproto.transport.uri import make_uri
@@ -83,7 +84,7 @@ class WebSocketServer:
     def __init__(
         self,
         open_session: Callable[[ClientChannel], ClientSession],
-        admission: Admission,
+        admission: HandshakeRules,
         *,
         port: int = 0,
         limits: GatewayLimits | None = None,
@@ -184,7 +185,7 @@ class WebSocketServer:
         self._started.set_result(None)
         await self._stop.wait()
         server.close()
-        self._listener.end_waiting()
+        self._listener.slots.drop_all()
         with suppress(asyncio.TimeoutError):  # the rest is aborted below
             await asyncio.wait_for(server.wait_closed(), limits.close_seconds + 0.5)
         for transport in list(self._transports.values()):
@@ -213,13 +214,15 @@ class WebSocketServer:
 
     def _check_request(self, connection: Any, request: Any) -> Any:
         """The HTTP answer to a refused request; None for an accepted one."""
-        refusal = self._admission.check(request.path, request.headers.get_all)
+        now, key = time.monotonic(), key_of(connection.remote_address)
+        header = request.headers.get_all
+        refusal = self._admission.check(request.path, header, key[0], now, secure=self.secure)
         if refusal is None and len(self._channels) >= self.limits.connections:
             why = f"{self.limits.connections} clients are connected, which is the limit"
             refusal = AdmissionRefusal(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
         if refusal is None:
             return None
-        self._listener.answered(connection.remote_address)
+        self._listener.slots.request_begins(key, now, authorized=False)
         self.refused[refusal.reason] += 1
         self.peer_log.warning(
             refusal.reason, "! %s: refused %s: %s", self._name, peer_of(connection), refusal.text
@@ -231,7 +234,7 @@ class WebSocketServer:
     async def _serve(self, connection: Any) -> None:
         task = asyncio.current_task()
         assert task is not None
-        self._listener.became_client(connection.remote_address)
+        self._listener.slots.release(key_of(connection.remote_address))  # `_channels` counts it from now on
         transport = self._transports.get(connection)
         if transport is None:
             return  # it ended during its handshake

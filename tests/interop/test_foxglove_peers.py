@@ -315,10 +315,10 @@ def test_driving_the_simulated_chassis(tmp_path: Path) -> None:
             assert "--allow-write topic:/smooth_cmd_vel" in text
             moved(chassis, lambda vx: vx == 0.0)
         access = Access(write=driving_patterns())
-        for publish, more in ((as_ros1, {}), (as_json, {"tls": tls, "token": "of many letters"})):
+        for publish, more in ((as_ros1, {}), (as_json, {"tls": tls, "token": "of+many&letters"})):
             with Foxglove(chassis.node, port=0, access=access, **more) as server:
                 url = server.url.replace("127.0.0.1", "localhost") + (
-                    "/?token=of+many+letters" if more else ""
+                    "/?token=of%2Bmany%26letters" if more else ""
                 )
                 with viewer(server, then=then(publish), url=url, ca=ca if more else None) as client:
                     client.next("info")

@@ -23,7 +23,7 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis
 from woosh_pure.web import middleware, server
-from woosh_pure.web.access import MOST_CONNECTIONS
+from woosh_pure.web.context import MAX_CONNECTIONS
 
 HALVES = [
     b"",
@@ -73,11 +73,11 @@ def is_over(one: socket.socket) -> bool:
 def test_a_stop_gets_in_however_many_wait_with_half_a_request(web: Served) -> None:
     slots = slots_of(web)
     with ExitStack() as stack:
-        crowd(web.port, MOST_CONNECTIONS + 60, stack)
+        crowd(web.port, MAX_CONNECTIONS + 60, stack)
         answer = web.post("stop", timeout=10.0)
         assert answer.status == 200
         assert answer.json["stands_still"] is True
-        assert len(slots) <= MOST_CONNECTIONS
+        assert len(slots) <= MAX_CONNECTIONS
         with PageClient(web.port) as page:
             page.of("hello")
 
@@ -86,7 +86,7 @@ def test_a_stop_gets_in_however_many_wait_with_half_a_request(web: Served) -> No
 def test_who_says_half_of_something_is_let_go(web: Served, monkeypatch: pytest.MonkeyPatch) -> None:
     """Headers, bodies and what is no HTTP at all: none of it holds a place for long."""
     slots = slots_of(web)
-    monkeypatch.setattr(slots, "_silence", 0.5)
+    monkeypatch.setattr(slots, "_max_silence", 0.5)
     monkeypatch.setattr(middleware, "BODY_SECONDS", 0.5)
     with ExitStack() as stack, PageClient(web.port) as page:
         page.of("hello")

@@ -13,7 +13,7 @@ pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
-from rosproto.bounded_cache import BoundedCache
+from rosproto.admission import AddressBuckets
 from tests.support.web import Served, serving
 from woosh_pure import Chassis
 from woosh_pure.geometry import Pose2D
@@ -68,7 +68,7 @@ WRITING = ("goals", "pose", "lease", "lease/grant", "recordings", "login")
 def test_hostile_bodies_get_a_sentence_and_move_nothing(web: Served, chassis: Chassis, path: str) -> None:
     access = web.app.state.context.access  # type: ignore[attr-defined]
     for body in HOSTILE:
-        access._moves = BoundedCache(10)
+        access._commands = AddressBuckets(5.0, 10.0)
         raw = body if isinstance(body, bytes) else json.dumps(body).encode()
         answer = web.post(path, raw, headers={"content-type": "application/json"})
         if answer.status >= 400:

@@ -14,11 +14,11 @@ pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
+from rosproto.admission import TokenBucket
 from tests.support.web import serving
 from tests.support.web_peers import python_with
 from woosh_pure import Chassis
 from woosh_pure.maps.marks import UserMark
-from woosh_pure.web.access import TokenBucket
 
 TOKEN = "a-long-secret"
 EXAMPLES, SEED = 6, 30

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from rosproto.admission import ConnectionSlots
 from rosproto.aio import Pool
 from woosh_pure.lease import DEFAULT_SECONDS
-from woosh_pure.web.access import AccessRules, Clients, ConnectionSlots
+from woosh_pure.web.access import AccessRules, Clients
 from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live.hub import Hub
 from woosh_pure.web.robot import Robot
+
+MAX_CONNECTIONS, RESERVED_CONNECTIONS, MAX_PER_ADDRESS = 256, 64, 64
+"""All connections; those reserved for known addresses; and how many an unknown address can have."""
+SILENT_SECONDS = 10.0
+"""Seconds allowed before the first request, and between requests."""
 
 
 class WebContext:
@@ -30,7 +36,13 @@ class WebContext:
 
     def __init__(self, robots: Mapping[str, Robot], access: AccessRules, *, allow_driving: bool) -> None:
         self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
-        self.clients, self.slots = Clients(), ConnectionSlots()
+        self.clients = Clients()
+        self.slots = ConnectionSlots(
+            MAX_CONNECTIONS,
+            reserved=RESERVED_CONNECTIONS,
+            max_per_address=MAX_PER_ADDRESS,
+            max_silence=SILENT_SECONDS,
+        )
         # Not daemons: a program that ends still sends the zeros of its drives.
         self.drives, self.reads = (
             Pool(8, name=f"woosh:web {work}", daemon=False, idle_seconds=0.5) for work in ("drive", "read")

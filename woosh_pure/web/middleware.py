@@ -14,7 +14,8 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from woosh_pure.web.access import AccessRules, Key, cookie_name, cookies
+from rosproto.admission import AdmissionRefusal, Key, bearer_token
+from woosh_pure.web.access import AccessRules, cookie_name, cookies
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
 
@@ -36,32 +37,42 @@ _HEADERS_OF = {
     413: {"connection": "close"},
     429: {"retry-after": "60"},
 }
+REFUSAL_KINDS = {
+    "headers": "not-this-way",
+    "host": "not-this-server",
+    "origin": "not-allowed",
+    "token": "no-token",
+    "wrong-token": "wrong-token",
+    "too-many-tokens": "too-many-tokens",
+}
+"""Kinds of problems, by the reason of an `AdmissionRefusal`."""
 _OPEN_TO_ALL = ("/api/v1/access", "/api/v1/login")
 _SAFE = ("GET", "HEAD", "OPTIONS")
 
 
-def token_of(headers: Mapping[str, str]) -> str | None:
-    """Return the token in the Authorization header of a request."""
-    scheme, _, value = headers.get("authorization", "").partition(" ")
-    return value.strip() if scheme.lower() == "bearer" else None
+def problem_of_refusal(refusal: AdmissionRefusal | None) -> Problem | None:
+    """Convert the refusal of a request."""
+    if refusal is None:
+        return None
+    return Problem(int(refusal.status), refusal.text, REFUSAL_KINDS[refusal.reason])
 
 
-def login_place(scope: Mapping[str, Any], headers: Mapping[str, str]) -> tuple[str, str]:
+def login_place(scope: Mapping[str, Any], headers: Headers) -> tuple[str, str]:
     """Return the name of the log-in cookie, and the place for which it is valid, which is this port."""
     name = cookie_name(headers.get("host", ""), scope.get("scheme", "http"))
     return name, f"{name} {(scope.get('server') or ('', 0))[1]}"
 
 
 def check_access(
-    access: AccessRules, scope: Mapping[str, Any], headers: Mapping[str, str], who: str
+    access: AccessRules, scope: Mapping[str, Any], headers: Headers, address: str
 ) -> Problem | None:
     """Accept the right token, or a browser that has logged in."""
-    token = token_of(headers)
+    token = bearer_token(headers.getlist("authorization"))
     if token is None:
         name, place = login_place(scope, headers)
         if access.is_logged_in(cookies(headers.get("cookie", ""), name), place):
             return None
-    return access.check_token(token, who, time.monotonic())
+    return problem_of_refusal(access.check_token(token, address, time.monotonic()))
 
 
 _STOP = re.compile(r"/api/v1/stop|/api/v1/robots/[^/]+/stop|/robots/[^/]+/api/v1/stop")
@@ -139,17 +150,13 @@ class SecurityMiddleware:
         """Whether the client has proved its access. With a token, requests for public paths prove nothing."""
         return not self._access.needs_token or needs_token(_path(scope))
 
-    def _refusal(self, scope: Scope, headers: Mapping[str, str]) -> Problem | None:
-        access, host = self._access, headers.get("host")
-        if (refusal := access.check_host(host)) is not None:
-            return refusal
-        if scope["type"] == "websocket" or scope["method"] not in _SAFE:
-            scheme, site = scope.get("scheme", "http"), headers.get("sec-fetch-site")
-            refusal = access.check_origin(headers.get("origin"), host, scheme, site)
-            if refusal is not None:
-                return refusal
+    def _refusal(self, scope: Scope, headers: Headers) -> Problem | None:
+        changes = scope["type"] == "websocket" or scope["method"] not in _SAFE
+        refusal = self._access.check_headers(headers.getlist, scope.get("scheme", "http"), changes=changes)
+        if refusal is not None:
+            return problem_of_refusal(refusal)
         if needs_token(_path(scope)):
-            return check_access(access, scope, headers, _end_of(scope)[0])
+            return check_access(self._access, scope, headers, _end_of(scope)[0])
         return None
 
 

@@ -17,10 +17,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from rosproto.admission import ConnectionSlots, Key
 from rosproto.logs import get_logger
 from rosproto.sentence import say
-from rosproto.transport import is_loopback, make_uri, reuse_address
-from woosh_pure.web.access import ConnectionSlots, Key
+from rosproto.transport import make_uri, reuse_address
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -97,7 +97,7 @@ class _Connection(socket.socket):
     def close(self) -> None:
         """Close the socket and free its slot."""
         super().close()
-        self.slots.closed(self.key, self.end)
+        self.slots.release(self.key, self.end)
 
 
 class WebServer:
@@ -134,14 +134,7 @@ class WebServer:
         from woosh_pure.web.websocket_protocol import LimitedWebSocketProtocol
 
         self.app = app
-        if not is_loopback(bind) and not app.state.context.access.needs_token:
-            raise ValueError(
-                say(
-                    "--bind {bind} lets others in: that takes a token (--token-file, made by chance, at "
-                    "least 8 letters)",
-                    bind=bind,
-                )
-            )
+        app.state.context.access.require_token_at(bind)
         if tls_key and not tls_cert:
             raise ValueError("a TLS key without a certificate; give both")
         if tls_cert:

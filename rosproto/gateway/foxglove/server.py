@@ -10,13 +10,13 @@ from typing import NamedTuple
 from urllib.parse import quote
 
 from rosproto.gateway.access import Access
-from rosproto.gateway.admission import Admission
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.messages import SUBPROTOCOLS
 from rosproto.gateway.foxglove.server_state import ClientFacts, ServerState
 from rosproto.gateway.foxglove.session import FoxgloveSession
 from rosproto.gateway.gateway_server import GatewayServer
+from rosproto.gateway.handshake import HandshakeRules
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.websocket_server import WebSocketServer
 from rosproto.logs import get_logger
@@ -60,8 +60,9 @@ class Foxglove(GatewayServer):
         access: What clients may see and write; by default they see everything and write nothing.
         limits: Bounds for a client.
         tls: Certificate and key: `wss://`.
-        origins: Origins of web pages from elsewhere that may connect: `("https://app.foxglove.dev",)`.
-        token: The secret that clients must send, in the address: `ws://...?token=T`.
+        origins: Origins of web pages that may connect: `("https://app.foxglove.dev",)`.
+        hosts: Names under which this server may be reached, besides localhost and IP addresses.
+        token: The secret that clients must send, at least 8 characters, in the address: `ws://...?token=T`.
         name: The server's name, as viewers show it.
         topics: Topics of this program that only viewers see.
         assets: Folders with packages, for `package://` addresses of meshes and textures.
@@ -70,7 +71,7 @@ class Foxglove(GatewayServer):
     Raises:
         LocalProtocolError: The package `websockets` is missing.
         ConnectionLost: The address cannot be listened on.
-        ValueError: Others can reach the address, and there is no token.
+        ValueError: Others can reach the address, and there is no token; or it is too short.
     """
 
     def __init__(
@@ -83,6 +84,7 @@ class Foxglove(GatewayServer):
         limits: GatewayLimits | None = None,
         tls: ssl.SSLContext | None = None,
         origins: Sequence[str] = (),
+        hosts: Sequence[str] = (),
         token: str | None = None,
         name: str | None = None,
         topics: Iterable[LocalTopic] = (),
@@ -102,7 +104,7 @@ class Foxglove(GatewayServer):
             self._state,
             lambda: WebSocketServer(
                 partial(FoxgloveSession, self._state),
-                Admission(host, origins, token, SUBPROTOCOLS),
+                HandshakeRules(host, origins, token, SUBPROTOCOLS, hosts),
                 port=port,
                 limits=self._state.limits,
                 tls=tls,

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from weakref import WeakValueDictionary
 
 from rosproto.gateway.access import Access
-from rosproto.gateway.admission import Admission
 from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.gateway_server import GatewayServer
+from rosproto.gateway.handshake import HandshakeRules
 from rosproto.gateway.rosbridge.server_state import ServerState
 from rosproto.gateway.rosbridge.session import RosbridgeSession
 from rosproto.gateway.websocket_server import WebSocketServer
@@ -74,9 +74,10 @@ class Rosbridge(GatewayServer):
         access: What clients may see and write.
         limits: Bounds for a client.
         tls: Certificate and key: `wss://`.
-        origins: Origins of web pages that may connect, besides those of this computer:
-            `("https://studio.example",)`; "*" for all.
-        token: The secret that clients must send, as `?token=...` or in a header
+        origins: Origins of web pages that may connect: `("https://studio.example", "http://localhost:8080")`;
+            "*" for all.
+        hosts: Names under which this server may be reached, besides localhost and IP addresses.
+        token: The secret that clients must send, at least 8 characters, as `?token=...` or in a header
             `Authorization: Bearer ...`.
         rosapi: Answer the services of /rosapi here.
         authenticate: Serve a client only after the service `authenticate` (rosauth/Authentication) has
@@ -85,7 +86,7 @@ class Rosbridge(GatewayServer):
 
     Raises:
         LocalProtocolError: The package `websockets` is missing.
-        ValueError: Others can reach the address, and there is no token.
+        ValueError: Others can reach the address, and there is no token; or it is too short.
         ConnectionLost: The address cannot be listened on.
     """
 
@@ -99,6 +100,7 @@ class Rosbridge(GatewayServer):
         limits: GatewayLimits | None = None,
         tls: ssl.SSLContext | None = None,
         origins: Sequence[str] = (),
+        hosts: Sequence[str] = (),
         token: str | None = None,
         rosapi: bool = True,
         authenticate: bool = False,
@@ -117,7 +119,7 @@ class Rosbridge(GatewayServer):
             self._state,
             lambda: WebSocketServer(
                 self._open_session,
-                Admission(host, origins, token),
+                HandshakeRules(host, origins, token, hosts=hosts),
                 port=port,
                 limits=self._state.limits,
                 tls=tls,

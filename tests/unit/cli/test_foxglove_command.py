@@ -70,7 +70,7 @@ def test_the_page_on_the_internet_may_look_and_not_write(capsys: pytest.CaptureF
         ((), True),
         (("--allow-write", "/say", "--read-only"), True),
         (("--allow-write", "/say"), False),
-        (("--allow-write", "/say", "--token", "of many letters"), True),
+        (("--allow-write", "/say", "--token", "of-many-letters"), True),
         (("--allow-write", "/say", "--origin", page), True),
     ):
         said, origins = told(*options)

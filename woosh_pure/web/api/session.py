@@ -12,7 +12,7 @@ from woosh_pure.web.api.dependencies import address_of, context_of, problems
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import Problem, language_of
 from woosh_pure.web.live.viewer import Viewer
-from woosh_pure.web.middleware import check_access, login_place
+from woosh_pure.web.middleware import check_access, login_place, problem_of_refusal
 
 # -- GET access, POST and DELETE login -----------------------------------------------------------------------
 
@@ -36,7 +36,9 @@ def get_access(request: Request) -> dict[str, Any]:
 def log_in(body: models.LoginRequest, request: Request, response: Response) -> dict[str, Any]:
     """Log this browser in: it keeps a cookie, good for this port as long as the token is."""
     context = context_of(request)
-    refusal = context.access.check_token(body.token, address_of(request), time.monotonic())
+    refusal = problem_of_refusal(
+        context.access.check_token(body.token, address_of(request), time.monotonic())
+    )
     if refusal is not None:
         raise refusal
     name, place = login_place(request.scope, request.headers)

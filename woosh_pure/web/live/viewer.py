@@ -14,11 +14,12 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from rosproto.admission import TokenBucket
 from rosproto.sentence import say
 from rosproto.text import printable
 from rosproto.version import __version__
 from woosh_pure.stopping.report import StopReport
-from woosh_pure.web.access import Client, TokenBucket
+from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import problem_of
 from woosh_pure.web.live.deadman import SILENCE

@@ -305,18 +305,20 @@ def refused(url: str, **options: Any) -> int:
 )
 def test_strangers_stay_outside(ground: Ground) -> None:
     """Foreign pages, wrong tokens, other protocols, one client too many."""
-    server = ground.serve(token="secret", limits=GatewayLimits(connections=1))
+    server = ground.serve(token="kd83-hsa2", limits=GatewayLimits(connections=1))
     assert refused(server.url) == 401
     assert refused(server.url + "?token=wrong") == 401
-    assert refused(server.url + "?token=secret", additional_headers={"Origin": "https://evil.example"}) == 403
-    assert refused(server.url + "?token=secret", additional_headers={"Origin": "null"}) == 403
-    assert refused(server.url + "?token=secret", protocol="other") == 400
-    viewer = Viewer(server.url + "?token=secret", protocol="foxglove.websocket.v1")
+    assert (
+        refused(server.url + "?token=kd83-hsa2", additional_headers={"Origin": "https://evil.example"}) == 403
+    )
+    assert refused(server.url + "?token=kd83-hsa2", additional_headers={"Origin": "null"}) == 403
+    assert refused(server.url + "?token=kd83-hsa2", protocol="other") == 400
+    viewer = Viewer(server.url + "?token=kd83-hsa2", protocol="foxglove.websocket.v1")
     assert viewer.socket.subprotocol == "foxglove.websocket.v1"
-    assert refused(server.url + "?token=secret") == 503
+    assert refused(server.url + "?token=kd83-hsa2") == 503
     viewer.close()
     until(lambda: server.stats().clients == 0, "it is still here")
-    with Viewer(server.url, additional_headers={"Authorization": "Bearer secret"}):
+    with Viewer(server.url, additional_headers={"Authorization": "Bearer kd83-hsa2"}):
         pass
     assert server.stats().refused == 6
 
@@ -338,9 +340,9 @@ def test_tls(ground: Ground, tmp_path: Path) -> None:
     context = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
     context.load_cert_chain(cert, key)
     ground.robot.publisher("/chatter", String, latch=True).publish(data="x" * 100_000)
-    server = ground.serve(tls=context, token="secret")
+    server = ground.serve(tls=context, token="kd83-hsa2")
     assert server.url.startswith("wss://127.0.0.1:")
-    url = server.url.replace("127.0.0.1", "localhost") + "?token=secret"
+    url = server.url.replace("127.0.0.1", "localhost") + "?token=kd83-hsa2"
     with Viewer(url, ssl=ssl.create_default_context(cafile=cert)) as viewer:
         viewer.subscribe("/chatter")
         assert viewer.message("/chatter") == encode(String(data="x" * 100_000))

@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
-from woosh_pure.web.access import ConnectionSlots
+from rosproto.admission import ConnectionSlots
 from woosh_pure.web.server import Listener
 
 
@@ -25,7 +25,7 @@ def test_small_messages_are_sent_at_once() -> None:
             found.set_result(sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
             writer.close()
 
-        with Listener("127.0.0.1", 0, ConnectionSlots()) as listener:
+        with Listener("127.0.0.1", 0, ConnectionSlots(256)) as listener:
             async with await asyncio.start_server(come, sock=listener):
                 _, writer = await asyncio.open_connection(*listener.getsockname())
                 value = await asyncio.wait_for(found, 20)
@@ -41,21 +41,21 @@ def test_small_messages_are_sent_at_once() -> None:
 
 def test_an_address_of_another_computer_is_told_from_a_port_in_use() -> None:
     with (
-        Listener("127.0.0.1", 0, ConnectionSlots()) as listener,
+        Listener("127.0.0.1", 0, ConnectionSlots(256)) as listener,
         pytest.raises(OSError, match="give another --port"),
     ):
-        Listener("127.0.0.1", listener.getsockname()[1], ConnectionSlots())
+        Listener("127.0.0.1", listener.getsockname()[1], ConnectionSlots(256))
     with pytest.raises(OSError, match="--bind takes an address of this computer"):
-        Listener("192.0.2.1", 0, ConnectionSlots())  # RFC 5737: nobody has it
+        Listener("192.0.2.1", 0, ConnectionSlots(256))  # RFC 5737: nobody has it
     with pytest.raises(OSError, match="--bind takes an address of this computer"):
-        Listener("no-such-name.invalid", 0, ConnectionSlots())
+        Listener("no-such-name.invalid", 0, ConnectionSlots(256))
 
 
 @pytest.mark.skipif(sys.platform == "darwin", reason="the BSDs let a wildcard listen beside one address")
 def test_no_other_server_listens_on_all_addresses_of_the_port() -> None:
     """Windows would let it, if the socket did not ask to have the port alone."""
     with (
-        Listener("127.0.0.1", 0, ConnectionSlots()) as listener,
+        Listener("127.0.0.1", 0, ConnectionSlots(256)) as listener,
         pytest.raises(OSError, match="give another --port"),
     ):
-        Listener("0.0.0.0", listener.getsockname()[1], ConnectionSlots())
+        Listener("0.0.0.0", listener.getsockname()[1], ConnectionSlots(256))

@@ -14,6 +14,7 @@ from woosh_pure.outcome import OutcomeKind
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.web.goals import COMMANDS
 from woosh_pure.web.http_errors import KINDS, TITLES
+from woosh_pure.web.middleware import REFUSAL_KINDS
 
 PAGE = Path(__file__).parents[4] / "woosh_pure" / "web" / "page" / "js"
 
@@ -41,8 +42,8 @@ def test_each_key_has_words(language: str) -> None:
 
 
 def kinds_of_problems() -> set[str]:
-    """The keys given to `Problem` in the sources, and those that follow from a status."""
-    found = {kind for _, _, kind in KINDS}
+    """The keys given to `Problem` in the sources, those of refusals, and those that follow from a status."""
+    found = {kind for _, _, kind in KINDS} | set(REFUSAL_KINDS.values())
     for path in (PAGE.parents[1]).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if not (isinstance(node, ast.Call) and ast.unparse(node.func) == "Problem"):

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from woosh_pure.web.access import KNOWN_SECONDS, MOST_KNOWN, ConnectionSlots, Key
+from rosproto.admission import ConnectionSlots, Key
+from rosproto.admission.connection_slots import KNOWN_SECONDS, MAX_KNOWN
 
 STRANGER, OWNER, HERE = "192.168.1.66", "192.168.1.7", "127.0.0.1"
 
@@ -17,8 +18,8 @@ STRANGER, OWNER, HERE = "192.168.1.66", "192.168.1.7", "127.0.0.1"
 class Door:
     """Places, with ports that count up and a list of who was ended."""
 
-    def __init__(self, **options: float) -> None:
-        self.slots = ConnectionSlots(**options)  # type: ignore[arg-type]
+    def __init__(self, max_slots: int = 256, **options: float) -> None:
+        self.slots = ConnectionSlots(max_slots, **options)  # type: ignore[arg-type]
         self.ended: list[Key] = []
         self._ports = itertools.count(1)
 
@@ -35,7 +36,7 @@ class Door:
 
 @pytest.mark.promise("A connection loses its place after ten seconds")
 def test_who_says_nothing_leaves_after_a_while() -> None:
-    door = Door(silence=10.0)
+    door = Door(max_silence=10.0)
     key = door.admit(STRANGER, 0.0)
     assert key is not None
     door.slots.drop_silent(9.9)
@@ -46,7 +47,7 @@ def test_who_says_nothing_leaves_after_a_while() -> None:
 
 
 def test_a_request_under_way_is_no_silence_and_the_time_begins_anew_after_it() -> None:
-    door = Door(silence=10.0)
+    door = Door(max_silence=10.0)
     key = door.admit(STRANGER)
     assert key is not None
     door.slots.request_begins(key, 5.0, authorized=False)
@@ -61,7 +62,7 @@ def test_a_request_under_way_is_no_silence_and_the_time_begins_anew_after_it() -
 
 @pytest.mark.promise("another address has 64 at most")
 def test_one_address_has_so_many_and_then_its_own_newest_takes_the_place_of_its_own_oldest() -> None:
-    door = Door(most=100, reserved=10, each=3)
+    door = Door(100, reserved=10, max_per_address=3)
     other = door.admit(OWNER)
     keys = [door.admit(STRANGER, float(i)) for i in range(3)]
     assert None not in keys
@@ -71,7 +72,7 @@ def test_one_address_has_so_many_and_then_its_own_newest_takes_the_place_of_its_
 
 
 def test_one_address_that_asks_with_all_it_has_gets_no_more() -> None:
-    door = Door(most=100, reserved=10, each=2)
+    door = Door(100, reserved=10, max_per_address=2)
     for _ in range(2):
         key = door.admit(STRANGER)
         assert key is not None
@@ -82,7 +83,7 @@ def test_one_address_that_asks_with_all_it_has_gets_no_more() -> None:
 
 @pytest.mark.promise("There are 256 places for connections")
 def test_strangers_cannot_take_the_reserved_places() -> None:
-    door = Door(most=10, reserved=4, each=100)
+    door = Door(10, reserved=4, max_per_address=100)
     for n in range(6):
         key = door.admit(f"10.0.0.{n}")
         assert key is not None
@@ -95,7 +96,7 @@ def test_strangers_cannot_take_the_reserved_places() -> None:
 
 @pytest.mark.promise("a new connection replaces the one that has been idle for longest")
 def test_a_newcomer_takes_the_place_of_the_most_silent_of_the_largest_crowd() -> None:
-    door = Door(most=6, reserved=0, each=100)
+    door = Door(6, reserved=0, max_per_address=100)
     alone = door.admit(OWNER, 0.0)
     crowd = [door.admit(STRANGER, float(n)) for n in range(1, 6)]
     assert door.admit("192.168.1.8", 6.0) is not None
@@ -104,7 +105,7 @@ def test_a_newcomer_takes_the_place_of_the_most_silent_of_the_largest_crowd() ->
 
 
 def test_who_is_known_is_forgotten_after_a_while_and_the_list_is_bounded() -> None:
-    door = Door(most=2, reserved=1, each=9, silence=1e9)
+    door = Door(2, reserved=1, max_per_address=9, max_silence=1e9)
     door.slots.remember(OWNER, 0.0)
     key = door.admit(STRANGER)
     assert key is not None
@@ -112,7 +113,7 @@ def test_who_is_known_is_forgotten_after_a_while_and_the_list_is_bounded() -> No
     assert door.admit(STRANGER, KNOWN_SECONDS / 2) is None
     assert door.admit(OWNER, KNOWN_SECONDS + 1.0) is None, "no longer known"
     door.slots.remember(OWNER, 0.0)
-    for n in range(MOST_KNOWN):
+    for n in range(MAX_KNOWN):
         door.slots.remember(f"10.0.{n // 256}.{n % 256}", 0.0)
     assert door.admit(OWNER, 1.0) is None, "others came later"
 
@@ -123,15 +124,15 @@ def test_the_end_of_an_old_connection_does_not_take_the_place_of_a_new_one_from_
     old, new = door.end_of(key), door.end_of(key)
     assert door.slots.admit(key, old, 0.0)
     assert door.slots.admit(key, new, 1.0)
-    door.slots.closed(key, old)
+    door.slots.release(key, old)
     assert len(door.slots) == 1
-    door.slots.closed(key, new)
+    door.slots.release(key, new)
     assert len(door.slots) == 0
 
 
 def test_what_is_no_connection_of_ours_is_no_matter() -> None:
     """Mounted in somebody's own server, requests come without a place."""
-    slots = ConnectionSlots()
+    slots = ConnectionSlots(256)
     slots.request_begins(("x", 1), 0.0, authorized=True)
     slots.request_ends(("x", 1), 0.0, authorized=True)
     slots.drop_silent(100.0)
@@ -149,7 +150,7 @@ def test_whoever_is_known_finds_a_place_whatever_strangers_do(
     address: str, acts: list[tuple[int, str]]
 ) -> None:
     """As long as strangers are not let in: who has the token may use all places, and then it is their own crowd."""
-    door, now = Door(most=8, reserved=2, each=4), 0.0
+    door, now = Door(8, reserved=2, max_per_address=4), 0.0
     door.slots.remember(OWNER, now)
     strangers: list[Key] = []
     for who, act in acts:

@@ -1,0 +1,36 @@
+"""Who may connect to a server, by the same rules at each: `AdmissionPolicy` (token, Host, Origin, rate of
+wrong tokens), and `ConnectionSlots`, which bounds the connections that have not been admitted yet.
+
+Which names an admitted client may read and write is decided by `rosproto.gateway.Access`.
+"""
+
+from __future__ import annotations
+
+from rosproto.admission.connection_slots import ConnectionSlots, Key
+from rosproto.admission.policy import (
+    MIN_TOKEN,
+    AdmissionPolicy,
+    AdmissionRefusal,
+    Header,
+    bearer_token,
+    host_of,
+    normal_origin,
+    port_of,
+)
+from rosproto.admission.token_bucket import MAX_ADDRESSES, AddressBuckets, TokenBucket
+
+__all__ = [
+    "MAX_ADDRESSES",
+    "MIN_TOKEN",
+    "AddressBuckets",
+    "AdmissionPolicy",
+    "AdmissionRefusal",
+    "ConnectionSlots",
+    "Header",
+    "Key",
+    "TokenBucket",
+    "bearer_token",
+    "host_of",
+    "normal_origin",
+    "port_of",
+]

@@ -1,0 +1,53 @@
+"""What a gateway asks of a handshake beyond the rules of every server: the token in the address, the subprotocol."""
+
+from __future__ import annotations
+
+import pytest
+
+from rosproto.gateway.handshake import HandshakeRules
+
+TOKEN, HOST = "kd83-hsa2", {"host": ["localhost:9090"]}
+FOXGLOVE = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+
+
+@pytest.mark.promise("It listens on 127.0.0.1; other addresses need a token.")
+@pytest.mark.parametrize(
+    ("path", "headers", "reason"),
+    [
+        ("/?token=kd83-hsa3", {}, "wrong-token"),
+        ("/", {}, "token"),
+        ("/?token=kd83-hsa2", {}, "protocol"),
+        ("/?token=kd83-hsa2", {"sec-websocket-protocol": ["chat"]}, "protocol"),
+        ("/?token=kd83-hsa2", {"sec-websocket-protocol": ["chat, foxglove.websocket.v1"]}, None),
+        ("/?token=kd83-hsa2", {"sec-websocket-protocol": ["chat", "foxglove.sdk.v1"]}, None),
+        ("/", {"sec-websocket-protocol": [FOXGLOVE[0]], "authorization": ["bearer kd83-hsa2"]}, None),
+        ("/", {"sec-websocket-protocol": [FOXGLOVE[0]], "authorization": ["Basic kd83-hsa2"]}, "token"),
+        ("/?token=kd83-hsa2&" + "a=1&" * 200, {"sec-websocket-protocol": [FOXGLOVE[0]]}, "token"),
+        ("/?token=kd83-hsa2&token=kd83-hsa2", {"sec-websocket-protocol": [FOXGLOVE[0]]}, "token"),
+        ("/?token=kd83-hsa2", {"host": ["evil.com"]}, "host"),
+        ("/?token=kd83-hsa2", {"host": ["localhost", "localhost"]}, "headers"),
+        ("/?token=kd83-hsa2", {"origin": ["https://evil.com"]}, "origin"),
+        ("/?token=kd83-hsa2", {"origin": ["http://localhost", "http://localhost"]}, "headers"),
+    ],
+)
+def test_a_verdict(path: str, headers: dict[str, list[str]], reason: str | None) -> None:
+    """One word and a sentence for the first thing that is wrong; None where nothing is."""
+    strangers = HandshakeRules("127.0.0.1", (), TOKEN, FOXGLOVE)
+    headers = {**HOST, **headers}
+    refusal = strangers.check(path, lambda name: headers.get(name, []), "10.0.0.9", 0.0)
+    assert (refusal.reason if refusal else None) == reason
+    assert refusal is None or refusal.text
+
+
+def test_without_a_protocol_none_has_to_be_offered() -> None:
+    """What a client offers anyway is its own affair."""
+    strangers = HandshakeRules("127.0.0.1")
+    offered = {**HOST, "sec-websocket-protocol": ["chat"]}
+    for headers in (HOST, offered):
+        assert strangers.check("/", lambda name, of=headers: of.get(name, []), "10.0.0.9", 0.0) is None
+
+
+def test_the_address_it_listens_on_is_a_name_of_it() -> None:
+    bridge = HandshakeRules("robot.local", (), TOKEN)
+    assert bridge.check_host("robot.local:9090") is None
+    assert bridge.check_host("other.local:9090") is not None
