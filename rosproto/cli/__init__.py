@@ -40,6 +40,7 @@ from rosproto.cli.gateway import (
     announced,
     server_options,
     serving,
+    shown_token,
     until_interrupted,
     watchdog_if,
 )
@@ -112,6 +113,7 @@ __all__ = [
     "seconds",
     "server_options",
     "serving",
+    "shown_token",
     "shows_unicode",
     "signals_ignored",
     "terminal_size",

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 TOKEN_VARIABLE = "ROSPROTO_TOKEN"
+SPARE_FILES = 200  # for the graph, beside the clients
 STEP = 0.5  # s; Windows delivers no Ctrl-C during an endless wait
 WEB, DESKTOP = "https://app.foxglove.dev", "file://"
 """Foxglove's own page, and what desktop programs say: they may connect, as this command is run for them.
@@ -58,10 +59,8 @@ def add_bridge_arguments(parser: argparse.ArgumentParser) -> None:
 def _bridge(arguments: argparse.Namespace) -> None:
     """Serve until interrupted; stdout has only the address."""
     from rosproto.gateway import Rosbridge
-    from rosproto.transport.os_errors import allow_open_files
 
     options = {**gateway_options(arguments), "authenticate": arguments.authenticate}
-    allow_open_files(4096)
     interval = sys.getswitchinterval()
     # A message passes several threads; the default switch interval is 5 ms each.
     sys.setswitchinterval(0.0005)
@@ -71,8 +70,8 @@ def _bridge(arguments: argparse.Namespace) -> None:
         sys.setswitchinterval(interval)
 
 
-def _announced(server: Rosbridge, options: dict[str, Any]) -> list[str]:
-    return [f"Serving rosbridge at {_url(server, options)} ({_opened(options['access'])})"]
+def _announced(server: Rosbridge, options: dict[str, Any], token: str | None) -> list[str]:
+    return [f"Serving rosbridge at {_url(server, options, token)} ({_opened(options['access'])})"]
 
 
 def add_foxglove_arguments(parser: argparse.ArgumentParser) -> None:
@@ -93,7 +92,7 @@ def _serve(
     name: str,
     kind: Callable[..., Any],
     options: dict[str, Any],
-    announced: Callable[[Any, dict[str, Any]], list[str]],
+    announced: Callable[[Any, dict[str, Any], str | None], list[str]],
 ) -> None:
     """Serve with a new node until interrupted."""
     with (
@@ -102,7 +101,7 @@ def _serve(
         open_node(arguments, name) as node,
         serving(kind, node, options, watchdog=watchdog) as server,
     ):
-        for line in announced(server, options):
+        for line in announced(server, options, shown_token(arguments, options)):
             print(line, flush=True)
         try:
             until_interrupted(node, arguments.seconds)
@@ -128,16 +127,31 @@ def serving(kind: Callable[..., T], node: Any, options: dict[str, Any], **more: 
         yield server
 
 
-def _url(server: Foxglove | Rosbridge, options: dict[str, Any]) -> str:
-    token = options["token"]
-    return server.url + (f"/?token={quote(token, safe='')}" if token is not None else "")
+def shown_token(arguments: argparse.Namespace, options: dict[str, Any]) -> str | None:
+    """Return the server's token, or None if it must not be printed: it is in a file or the environment."""
+    kept = os.environ.get(TOKEN_VARIABLE) if arguments.token is None else None
+    token: str | None = options["token"]
+    return None if arguments.token_file is not None or kept else token
 
 
-def announced(server: Foxglove, options: dict[str, Any]) -> list[str]:
-    """Return the lines at the start: the address, the open names, the viewer."""
-    url = _url(server, options)
+def _url(server: Foxglove | Rosbridge, options: dict[str, Any], token: str | None) -> str:
+    shown = "..." if token is None else quote(token, safe="")
+    return server.url + (f"/?token={shown}" if options["token"] is not None else "")
+
+
+def announced(server: Foxglove, options: dict[str, Any], token: str | None) -> list[str]:
+    """Return the lines at the start: the address, the open names, the viewer.
+
+    Args:
+        server: It serves.
+        options: Of the server.
+        token: See `shown_token`.
+    """
+    url = _url(server, options, token)
     page = f"{WEB}/?ds=foxglove-websocket&ds.url={quote(url, safe='')}"
-    if WEB in options["origins"] or "*" in options["origins"]:
+    if options["token"] is not None and token is None:
+        web = "The token is not shown: put it in place of the dots"
+    elif WEB in options["origins"] or "*" in options["origins"]:
         web = f"open:  {page}"
     else:
         web = f"Foxglove's page may not connect where writing is open: add --token T, or --origin {WEB}"
@@ -169,6 +183,20 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
         default=[],
         metavar="URL",
         help="let a web page of this origin connect, such as https://robots.example.org",
+    )
+    parser.add_argument(
+        "--host-name",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="a name by which clients may reach this server, besides localhost and addresses",
+    )
+    parser.add_argument(
+        "--max-clients",
+        type=count,
+        default=64,
+        metavar="N",
+        help="most clients at a time (default: 64); with more, less may wait for each",
     )
     parser.add_argument("--allow", action="append", metavar="PATTERN", help="show only these names")
     parser.add_argument("--deny", action="append", default=[], metavar="PATTERN", help="but not these")
@@ -217,7 +245,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
         write: Patterns besides those of --allow-write.
 
     Raises:
-        CommandError: The certificate cannot be used.
+        CommandError: The certificate cannot be used, or the system allows fewer open files than clients.
     """
     hurry()
     from rosproto.gateway import Access
@@ -239,8 +267,9 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
         ),
         "tls": _tls(arguments),
         "origins": tuple(arguments.origin),
+        "hosts": tuple(arguments.host_name),
         "token": token,
-        **({} if arguments.message_bytes is None else {"limits": _limits(arguments.message_bytes)}),
+        "limits": limits_of(arguments.message_bytes, arguments.max_clients),
     }
 
 
@@ -261,12 +290,32 @@ def server_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) 
     }
 
 
-def _limits(message_bytes: int) -> GatewayLimits:
+def limits_of(message_bytes: int | None, clients: int) -> GatewayLimits:
+    """Return the limits, in which all clients together cost no more memory than 64 of the usual ones.
+
+    Raises:
+        CommandError: The system allows fewer open files.
+    """
     from rosproto.gateway import GatewayLimits
+    from rosproto.transport.os_errors import allow_open_files, open_file_limit
 
     usual = GatewayLimits()
+    files = clients + usual.pending_handshakes + SPARE_FILES
+    allow_open_files(max(4096, files))
+    allowed = open_file_limit()
+    if clients > usual.connections and allowed is not None and allowed < files:
+        raise CommandError(
+            f"--max-clients {clients} needs {files} open files, and the system allows {allowed}: "
+            f"allow more with `ulimit -n {files}`, or give a smaller number"
+        )
+    share = min(1.0, usual.connections / clients)
     return usual._replace(
-        message_bytes=message_bytes, message_values=max(usual.message_values, message_bytes // 10)
+        connections=clients,
+        message_bytes=message_bytes or usual.message_bytes,
+        message_values=max(usual.message_values, (message_bytes or 0) // 10),
+        outbox_bytes=int(usual.outbox_bytes * share),
+        topic_bytes=min(usual.topic_bytes, int(usual.outbox_bytes * share)),
+        answer_bytes=int(usual.answer_bytes * share),
     )
 
 

@@ -7,6 +7,8 @@ from typing import NamedTuple
 READER_BYTES = 64 << 10
 """The longest message, in bytes, where nothing may be written."""
 
+MAX_THREADS = 256
+
 
 class GatewayLimits(NamedTuple):
     """Bounds for one gateway; the defaults fit a robot and a few dozen viewers.
@@ -57,3 +59,8 @@ class GatewayLimits(NamedTuple):
     topic_bytes: int = 8 << 20
     answer_bytes: int = 32 << 20
     linger_seconds: float = 1.0
+
+    @property
+    def threads(self) -> int:
+        """Most threads of one kind: with more clients, work that waits takes turns."""
+        return min(MAX_THREADS, 4 * self.connections)

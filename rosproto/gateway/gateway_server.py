@@ -43,7 +43,7 @@ class GatewayState:
         self, node: Node, kind: str, access: Access, limits: GatewayLimits, watchdog: Watchdog | None
     ) -> None:
         self.node, self.access, self.limits = node, access, limits
-        self.pool = Pool(4 * limits.connections, name=f"rosproto:{kind} work")
+        self.pool = Pool(limits.threads, name=f"rosproto:{kind} work")
         self.json = JsonReader(limits.message_values, limits.nesting)
         self.shared_subscriptions = SharedSubscriptions(node, limits)
         self.velocity_watchdog = VelocityWatchdog(node.clock.now)

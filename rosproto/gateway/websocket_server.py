@@ -97,7 +97,7 @@ class WebSocketServer:
         self.secure = tls is not None
         self.refused: Counter[str] = Counter()
         self.accepted = self.stalled = 0
-        self.pool = Pool(4 * self.limits.connections, name=f"rosproto:{name}")
+        self.pool = Pool(self.limits.threads, name=f"rosproto:{name}")
         self.peer_log = PeerLog("rosproto.gateway")
         self._open_session = open_session
         self._tls = tls

@@ -6,13 +6,16 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from rosproto import Master, Node
-from rosproto.cli import main
+from rosproto.cli import CommandError, main
+from rosproto.cli.gateway import limits_of
 from rosproto.codec import message_class
+from rosproto.gateway import GatewayLimits
 from tests.support.rosbridge_client import RosbridgeClient
 
 pytest.importorskip("websockets", reason="websockets is not installed")
@@ -110,3 +113,77 @@ def test_what_is_wrong_is_a_sentence(
     monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
     assert main([*words, "--port", "0"]) == 1
     assert 'pip install ".[bridge]"' in capsys.readouterr().err
+
+
+@pytest.mark.promise("is then neither printed nor given to a browser's command line")
+@pytest.mark.parametrize("command", ["bridge", "foxglove"])
+def test_a_token_of_a_file_or_the_environment_is_not_printed(
+    master: Master,
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+) -> None:
+    """The start line may end in a log that others read. One that the command makes is printed: nobody knows it."""
+    words = [command, "--master", master.uri, "--port", "0", "--for", "0.1"]
+    file = tmp_path / "token"
+    file.write_text("of-many-letters\n")
+    file.chmod(0o600)
+    assert main([*words, "--token-file", str(file)]) == 0
+    monkeypatch.setenv("ROSPROTO_TOKEN", "of-many-letters")
+    assert main(words) == 0
+    said = "".join(capfd.readouterr())
+    assert "of-many-letters" not in said
+    assert said.count("/?token=... (") == 2
+    assert main([*words, "--token", "kd83-hsa2"]) == 0
+    assert "/?token=kd83-hsa2 (" in capfd.readouterr().out
+
+
+def test_a_short_token_is_a_sentence(master: Master, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bridge", "--master", master.uri, "--port", "0", "--token", "secret"]) == 2
+    assert "the token is too short (6 characters); use at least 8 random ones" in capsys.readouterr().err
+
+
+@pytest.mark.slow  # 200 clients
+def test_as_many_clients_as_were_asked_for(master: Master) -> None:
+    """All of them subscribe and get the message; one more is refused. They need few threads and bounded memory."""
+    with (
+        Node("/robot", master_uri=master.uri) as robot,
+        served(master, "--max-clients", "200") as process,
+        ExitStack() as stack,
+    ):
+        stack.callback(process.wait, 20)
+        stack.callback(process.terminate)
+        publisher = robot.publisher("/chat", String, latch=True)
+        publisher.publish(String(data="hello"))
+        assert process.stdout is not None
+        url = process.stdout.readline().split()[3]
+        clients = [stack.enter_context(RosbridgeClient(url)) for _ in range(200)]
+        for client in clients:
+            client.send(op="subscribe", topic="/chat")
+        assert {client.op("publish")["msg"]["data"] for client in clients} == {"hello"}
+        with pytest.raises(Exception, match="503"):
+            RosbridgeClient(url)
+        if sys.platform == "linux":
+            status = Path(f"/proc/{process.pid}/status").read_text()
+            assert int(status.partition("Threads:")[2].split()[0]) < 50
+
+
+def test_limits_of_many_clients_take_no_more_memory_than_those_of_64() -> None:
+    usual, many = GatewayLimits(), limits_of(None, 200)
+    assert many.connections == 200
+    assert 200 * many.outbox_bytes <= 64 * usual.outbox_bytes
+    assert 200 * many.answer_bytes <= 64 * usual.answer_bytes
+    assert (many.threads, usual.threads, GatewayLimits(connections=2).threads) == (256, 256, 8)
+    assert limits_of(None, 64) == usual
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no limit of open files")
+def test_more_clients_than_open_files_are_refused_at_the_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    from rosproto.transport import os_errors
+
+    monkeypatch.setattr(os_errors, "allow_open_files", lambda count: None)
+    monkeypatch.setattr(os_errors, "open_file_limit", lambda: 256)
+    assert limits_of(None, 64).connections == 64, "as ever: each new connection replaces one"
+    with pytest.raises(CommandError, match=r"--max-clients 200 needs 464 open files, .* allows 256"):
+        limits_of(None, 200)

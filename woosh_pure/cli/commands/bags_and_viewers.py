@@ -15,6 +15,7 @@ from rosproto.cli import (
     interrupt_on_signals,
     server_options,
     serving,
+    shown_token,
     until_interrupted,
     watchdog_if,
 )
@@ -131,9 +132,10 @@ def run_foxglove(args: Namespace, out: Output) -> None:
                 Foxglove, chassis.node, options, topics=topics.all, name="Woosh chassis", watchdog=watchdog
             )
         )
-        for line in announced(server, options):
+        token = shown_token(args, options)
+        for line in announced(server, options, token):
             out.line(line)
-        out.result({"url": server.url, "token": options["token"], "write": list(options["access"].write)})
+        out.result({"url": server.url, "token": token, "write": list(options["access"].write)})
         try:
             until_interrupted(chassis.node, args.seconds)
         except KeyboardInterrupt:
