@@ -185,6 +185,21 @@ def test_thousands_of_connects_leave_nothing(web: Served, until: Callable[..., N
         page.of("pose")
 
 
+@pytest.mark.promise("64 viewers, 32 event streams")
+def test_streams_that_are_asked_for_at_once_are_counted_too(web: Served, until: Callable[..., None]) -> None:
+    request = b"GET /api/v1/feeds/battery/stream HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    with ExitStack() as stack:
+        sockets = [
+            stack.enter_context(socket.create_connection(("127.0.0.1", web.port), timeout=20))
+            for _ in range(60)
+        ]
+        for one in sockets:
+            one.sendall(request)
+        statuses = [int(one.recv(12).split()[1]) for one in sockets]
+    assert (statuses.count(200), statuses.count(429)) == (32, 28)
+    until(lambda: web.app.state.context.streams == 0, 20.0, "the end of the streams")  # type: ignore[attr-defined]
+
+
 # -- frames that a browser would not send --------------------------------------------------------------------
 
 FIRST, EMPTY, LAST = b"\x01\x82\0\0\0\0{}", b"\x00\x80\0\0\0\0", b"\x80\x80\0\0\0\0"

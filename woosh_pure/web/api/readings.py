@@ -145,13 +145,9 @@ def stream_feed(
     feed: str, request: Request, rate: float = Query(10.0, gt=0.0, le=20.0, description="events a second")
 ) -> Response:
     """New values as Server-Sent Events. A slow reader gets fewer of them, and always the newest."""
-    found, context = _feed(feed, request), context_of(request)
+    found = _feed(feed, request)
     found.open()
-    if context.streams >= MOST_STREAMS:
-        raise Problem(
-            429, "{most_streams} streams are open already; close one first", most_streams=MOST_STREAMS
-        )
-    return _Events(context, feed, found, rate)
+    return _Events(context_of(request), feed, found, rate)
 
 
 class _Events(Response):
@@ -165,10 +161,14 @@ class _Events(Response):
         self._context, self._name, self._feed, self._rate = context, name, feed, rate
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
+        if self._context.streams >= MOST_STREAMS:  # here, where it is counted: many may be asked for at once
+            raise Problem(
+                429, "{most_streams} streams are open already; close one first", most_streams=MOST_STREAMS
+            )
         self._context.streams += 1
         gone = asyncio.ensure_future(_gone(receive))
         try:
+            await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
             await self._events(send, gone)
         except (RosError, asyncio.TimeoutError) as error:  # too late for a status: end the stream
             _logger.debug("! the stream of %s ends: %s", self._name, error or "nobody takes it")
