@@ -207,3 +207,35 @@ def test_files_that_are_no_certificate_are_refused_before_the_server_starts(
         WebServer(web.app(chassis), port=0, tls_cert=wrong)
     with pytest.raises(FileNotFoundError):
         WebServer(web.app(chassis), port=0, tls_cert=tmp_path / "missing.pem")
+
+
+PREFIXED = {
+    "a proxy that removes the prefix": ({}, {"x-forwarded-prefix": "/hall/robot"}),
+    "and ends it with a slash": ({}, {"x-forwarded-prefix": "/hall/robot/"}),
+    "a root_path": ({"root_path": "/hall/robot"}, {}),
+    "both": ({"root_path": "/hall/robot"}, {"x-forwarded-prefix": "/hall/robot"}),
+}
+
+
+@pytest.mark.parametrize("name", PREFIXED)
+def test_addresses_in_answers_have_the_prefix_of_a_proxy(chassis: Chassis, name: str) -> None:
+    """Location, the servers of the OpenAPI document, the path of the cookie, the addresses of robots."""
+    options, sent = PREFIXED[name]
+    with serving(chassis, token=TOKEN) as web:
+        web.app.root_path = options.get("root_path", "")  # type: ignore[attr-defined]
+        made = web.post("goals", {"kind": "rotate", "angle": 0.1}, headers=sent)
+        assert made.headers["location"] == f"/hall/robot/api/v1/goals/{made.json['id']}"
+        assert web.get("/openapi.json", headers=sent).json["servers"] == [{"url": "/hall/robot"}]
+        cookie = web.post("login", {"token": TOKEN}, headers=sent).headers["set-cookie"]
+        assert "; Path=/hall/robot;" in cookie
+        assert web.get("robots", headers=sent).json[0]["page"] == "/hall/robot/robots/robot/"
+        assert web.get("/", headers=sent).status == 200
+        assert web.post("/robots/robot/api/v1//stop", headers=sent).status == 200
+
+
+@pytest.mark.parametrize("prefix", ["//evil.example", "http://evil.example", "/a b", "/a;x", "/../x", "robot"])
+def test_a_prefix_that_is_not_a_path_is_passed_over(web: Served, prefix: str) -> None:
+    made = web.post(
+        "goals", {"kind": "rotate", "angle": 0.1, "replace": True}, headers={"x-forwarded-prefix": prefix}
+    )
+    assert made.headers["location"] == f"/api/v1/goals/{made.json['id']}"

@@ -75,6 +75,24 @@ def check_access(
     return problem_of_refusal(access.check_token(token, address, time.monotonic()))
 
 
+_PREFIX = re.compile(r"(?:/(?!\.+/)[A-Za-z0-9._~-]+)+/")
+
+
+def with_prefix(scope: Scope, headers: Headers) -> Scope:
+    """Put the prefix that a proxy has removed in front of the path, for the addresses in answers.
+
+    It is named by the header X-Forwarded-Prefix, or by the server's `root_path`, which not every server puts
+    in front of the path. Any client may send the header; it gets those addresses itself.
+    """
+    root, path = scope.get("root_path", "").rstrip("/"), scope["path"]
+    if not f"{path}/".startswith(f"{root}/"):
+        path = root + path
+    prefix = headers.get("x-forwarded-prefix", "").rstrip("/")
+    if _PREFIX.fullmatch(f"{prefix}/") and not f"{root}/".startswith(f"{prefix}/"):
+        root, path = prefix + root, prefix + path
+    return {**scope, "root_path": root, "path": path}
+
+
 _STOP = re.compile(r"/api/v1/stop|/api/v1/robots/[^/]+/stop|/robots/[^/]+/api/v1/stop")
 _LOOKS = (*_SAFE, "TRACE")
 
@@ -105,9 +123,10 @@ class SecurityMiddleware:
         if scope["type"] not in ("http", "websocket"):
             await self._app(scope, receive, send)
             return
+        headers = Headers(scope=scope)
+        scope = with_prefix(scope, headers)
         if scope["type"] == "http":
             scope = as_stop(scope) or scope
-        headers = Headers(scope=scope)
         refusal = self._refusal(scope, headers)
         key, authorized = _end_of(scope), refusal is None and self._is_authorized(scope)
         slots = self._context.slots
