@@ -14,6 +14,7 @@ from typing import Any
 
 from rosproto.codec import Message, encode
 from rosproto.errors import LocalProtocolError
+from rosproto.gateway.topic_type import insist_type
 from rosproto.gateway.velocity_watchdog import VelocityWatchdog, is_velocity
 from rosproto.logs import get_logger
 from rosproto.node import Node, Publisher
@@ -70,7 +71,6 @@ class ClientPublication:
     Attributes:
         client: The client.
         topic: Resolved name.
-        type_name: "package/Type".
         message_class: Class of its messages.
     """
 
@@ -82,7 +82,6 @@ class ClientPublication:
         self._early = early
         self.client = client
         self.topic = publisher.topic
-        self.type_name = publisher.type_name
         self.message_class: type[Message] = publisher.message_class
         self.closed = False
 
@@ -138,7 +137,7 @@ class ClientPublications:
         self,
         client: Hashable,
         topic: str,
-        type: type[Message] | str,
+        kind: type[Message],
         *,
         latch: bool = False,
         queue_size: int = 100,
@@ -146,18 +145,18 @@ class ClientPublications:
         """Publish a topic for a client; calls the master.
 
         Raises:
-            DefinitionError: The type is unknown.
+            Refused: Other nodes use the topic with another type.
             LocalProtocolError: This node publishes the topic with another type, or this is closed.
             MasterError, ConnectionLost, RosTimeout: It could not be registered.
         """
         if self._closed:
             raise LocalProtocolError(f"{topic}: the gateway is closed")
-        name = type if isinstance(type, str) else type._type
-        velocity = is_velocity(name)
+        insist_type(self._node, topic, kind._type)
+        velocity = is_velocity(kind)
         early = None if velocity or latch else _EarlyMessages()
         publisher = self._node.publisher(
             topic,
-            type,
+            kind,
             latch=latch,
             queue_size=LATE_VELOCITIES if velocity else max(1, queue_size),
             linger=not velocity,

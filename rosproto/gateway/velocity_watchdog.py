@@ -1,6 +1,7 @@
 """`VelocityWatchdog`: publishes clients' messages, checks velocities, and sends zero after a lost client.
 
-A velocity with a number that is not finite, or larger than any robot's, is refused, whatever the protocol:
+A velocity is known by its md5sum, whatever the client calls its type. One with a number that is not finite,
+or larger than any robot's, is refused, whatever the protocol:
 robots react differently, and some drive on. Such a velocity does not keep a drive alive either.
 
 Most robots keep driving at the last velocity. If the last velocity of a client was not zero and the client
@@ -16,24 +17,44 @@ import threading
 import time
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, Protocol
 
-from rosproto.codec import Message, decode, encode
+from rosproto.codec import Message, decode, define, encode, message_class
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
 from rosproto.watchdog import Watch
 
 _log = get_logger("rosproto.gateway")
 
-VELOCITY_TYPES = frozenset(
-    {
-        "geometry_msgs/Twist",
-        "geometry_msgs/TwistStamped",
-        "ackermann_msgs/AckermannDrive",
-        "ackermann_msgs/AckermannDriveStamped",
-    }
-)
-"""Velocity types: a message whose numbers are all zero means "stand still"."""
+_ACKERMANN = """\
+float32 steering_angle
+float32 steering_angle_velocity
+float32 speed
+float32 acceleration
+float32 jerk
+"""
+VELOCITY_TYPES = {
+    "geometry_msgs/Twist": "",
+    "geometry_msgs/TwistStamped": "",
+    "ackermann_msgs/AckermannDrive": _ACKERMANN,
+    "ackermann_msgs/AckermannDriveStamped": f"""\
+Header header
+AckermannDrive drive
+{"=" * 80}
+MSG: ackermann_msgs/AckermannDrive
+{_ACKERMANN}
+{"=" * 80}
+MSG: std_msgs/Header
+uint32 seq
+time stamp
+string frame_id
+""",
+}
+"""Velocity types with their definitions, "" for a bundled one. A message whose numbers are all zero means "stand
+still".
+"""
+HEADER = "std_msgs/Header"
 
 SILENCE = 0.5  # seconds
 ZEROS = 5
@@ -41,9 +62,21 @@ OVER = 0.5  # seconds from the first zero to the last
 FASTEST = 1000.0  # m/s, rad/s: no robot drives faster, so a larger number is a mistake of the client
 
 
-def is_velocity(type_name: str) -> bool:
-    """Whether a message of this type keeps a robot moving until the next one."""
-    return type_name in VELOCITY_TYPES
+@cache
+def _velocity_md5sums() -> frozenset[str]:
+    return frozenset(
+        (define(name, text) if text else message_class(name))._md5sum for name, text in VELOCITY_TYPES.items()
+    )
+
+
+def is_velocity(kind: type[Message]) -> bool:
+    """Whether a message of this class keeps a robot moving until the next one.
+
+    The md5sum decides, because a subscriber compares nothing else: a robot takes geometry_msgs/Accel, or a type
+    of any other name with the fields of geometry_msgs/Twist, for a velocity. Another revision is known by its
+    name.
+    """
+    return kind._type in VELOCITY_TYPES or kind._md5sum in _velocity_md5sums()
 
 
 class VelocityPublisher(Protocol):
@@ -52,8 +85,6 @@ class VelocityPublisher(Protocol):
     @property
     def topic(self) -> str: ...
     @property
-    def type_name(self) -> str: ...
-    @property
     def message_class(self) -> type[Message]: ...
     @property
     def closed(self) -> bool: ...
@@ -61,10 +92,10 @@ class VelocityPublisher(Protocol):
 
 
 def _values(message: Any) -> Iterator[Any]:
-    """All values of a message, nested ones too, without those of its header."""
+    """All values of a message, nested ones too, without those of headers."""
     for name in message.__slots__:
         value = getattr(message, name)
-        if name == "header" and hasattr(value, "frame_id"):
+        if isinstance(value, Message) and value._type == HEADER:
             continue
         yield from _values_in(value)
 
@@ -237,7 +268,7 @@ class VelocityWatchdog:
             CodecError: The bytes are not a message of that type.
             LocalProtocolError: The publisher is closed; or a velocity is not finite, or too large.
         """
-        if not is_velocity(publisher.type_name):
+        if not is_velocity(publisher.message_class):
             publisher.publish(message)
             return
         if not isinstance(message, Message):

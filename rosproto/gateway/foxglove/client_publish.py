@@ -198,7 +198,7 @@ class ClientPublisher:
         elif isinstance(advertised, str):
             self._state.refusals += 1
             self._viewer.status(advertised)
-        elif not (connection.gone and is_velocity(advertised.publication.type_name)):
+        elif not (connection.gone and is_velocity(advertised.publication.message_class)):
             # A velocity whose client has gone in the meantime is not published.
             try:
                 advertised.publication.publish(self._message(advertised, asked.data))

@@ -120,12 +120,3 @@ class ServerState(GatewayState):
         """As `message_class`, for a service."""
         name = definition_name(name)
         return service_class(name, self.node.revisions.library_for(name, "srv"))
-
-    def topic_type(self, topic: str) -> str | None:
-        """The type of a topic by the master; None if unknown.
-
-        Raises:
-            MasterError, ConnectionLost, RosTimeout: The master does not answer.
-        """
-        known = self.node.master.get_topic_types().get(topic)
-        return None if known in (None, "", "*") else known

@@ -28,6 +28,7 @@ from rosproto.gateway.rosbridge.operations import Payload, Request, op_of
 from rosproto.gateway.rosbridge.protocol import Protocol
 from rosproto.gateway.rosbridge.server_state import ServerState
 from rosproto.gateway.rosbridge.subscription import TopicSubscription
+from rosproto.gateway.topic_type import insist_type, topic_type
 from rosproto.gateway.values import definition_name, from_values
 from rosproto.gateway.velocity_watchdog import is_velocity
 from rosproto.time import Time
@@ -180,7 +181,7 @@ class RosbridgeSession:
         if len(self._subscriptions) >= self._limits.subscriptions_per_client:
             raise Refused(f"{len(self._subscriptions)} topics are subscribed: the limit for a client")
         if asked.type:
-            self._check_type(name, asked.type)
+            insist_type(self._state.node, name, definition_name(asked.type))
         subscription = TopicSubscription(asked.topic, self.channel, self._protocol.cut, self._undecodable)
         subscription.add(asked)
         self._subscriptions[asked.topic] = subscription
@@ -189,11 +190,6 @@ class RosbridgeSession:
         except BaseException:
             del self._subscriptions[asked.topic]
             raise
-
-    def _check_type(self, topic: str, asked: str) -> None:
-        known = self._state.topic_type(topic)
-        if known is not None and known != definition_name(asked):
-            raise Refused(f"{topic} is of type {known}, not {asked}")
 
     def _undecodable(self, topic: str, error: RosError) -> None:
         self._report(f"subscribe: {topic} cannot be decoded: {error}")
@@ -218,13 +214,12 @@ class RosbridgeSession:
             insist(self._state.access.may_write("topic", name, type_name))
         known = self._publications.get(topic)
         if known is not None:
-            if known.type_name != type_name:
-                raise Refused(f"{topic} is advertised as {known.type_name} already, not {type_name}")
+            if (advertised := known.message_class._type) != type_name:
+                raise Refused(f"{topic} is advertised as {advertised} already, not {type_name}")
             return known
         if len(self._publications) >= self._limits.advertised_per_client:
             raise Refused(f"{len(self._publications)} topics are advertised: the limit for a client")
         message: type[Message] = self._state.message_class(type_name)
-        self._check_type(name, type_name)
         opened = self._state.publications.open(self, name, message, latch=latch, queue_size=queue_size)
         self._publications[topic] = opened
         return opened
@@ -245,11 +240,11 @@ class RosbridgeSession:
             name = self._state.node.resolve_name(asked.topic)
             if not self._state.tf.opens(name):
                 insist(self._state.access.may_write("topic", name))
-            type_name = self._state.topic_type(name)
+            type_name = topic_type(self._state.node, name)
             if type_name is None:
                 raise Refused(f"the type of {asked.topic} is unknown: advertise it first")
             publication = self._open(asked.topic, type_name, latch=asked.latch, queue_size=asked.queue_size)
-        if self.channel.gone and is_velocity(publication.type_name):
+        if self.channel.gone and is_velocity(publication.message_class):
             return  # a velocity that waited while its client left
         now = self._state.node.clock.now()
         self._state.tf.publishes(self, publication.topic, asked.msg)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import threading
 import time
 from collections.abc import Callable
@@ -163,6 +164,33 @@ def test_a_velocity_that_is_none_reaches_no_robot(
     assert "a velocity for /cmd_vel is not published" in client.op("status")["msg"]
     client.send(op="publish", topic="/cmd_vel", msg={"angular": {"z": 0.25}})
     assert heard.next(10).angular.z == 0.25
+
+
+@pytest.mark.promise(
+    "does not publish a velocity with a number that is not finite",
+    "leaves or is silent for half a second, the gateway sends zero",
+)
+@pytest.mark.parametrize("encoded", [str, str.encode, publish_png])
+def test_a_velocity_by_another_name_is_one(
+    graph: Graph, serve: Serve, connect: Serve, encoded: Callable[[str], str | bytes]
+) -> None:
+    """Advertised before the robot's topic is in the graph, it is guarded, and zero follows when its client has gone."""
+    client = connect(serve(write=["topic:/base_cmd_vel"]))
+
+    def send(**message: Any) -> None:
+        client.send_raw(encoded(json.dumps(message)))
+
+    send(op="advertise", topic="/base_cmd_vel", type="geometry_msgs/Accel")
+    until(lambda: "/base_cmd_vel" in graph.node.master.get_system_state().publishers)
+    heard = graph.robot.subscriber("/base_cmd_vel", Twist, queue_size=100)
+    heard.wait_for_connection(10)
+    for number in (float("nan"), 1001.0):
+        send(op="publish", topic="/base_cmd_vel", msg={"linear": {"x": number}})
+        assert "a velocity for /base_cmd_vel is not published" in client.op("status")["msg"]
+    send(op="publish", topic="/base_cmd_vel", msg={"linear": {"x": 0.25}})
+    assert heard.next(10).linear.x == 0.25
+    client.abort()
+    assert [heard.next(10).linear.x for _ in range(5)] == [0.0] * 5
 
 
 @pytest.mark.promise("A gateway is read only until a pattern allows")

@@ -13,9 +13,8 @@ from msgdefs.std_msgs.msg import String
 from rosproto.codec import encode
 from rosproto.gateway import Access, GatewayLimits
 from rosproto.time import Time
-from tests.support.foxglove_ground import Ground
+from tests.support.foxglove_ground import Ground, until
 
-pytest.importorskip("websockets", reason="websockets is not installed")
 pytest.importorskip("websockets", reason="websockets is not installed")
 
 
@@ -125,3 +124,62 @@ def test_json_needs_a_pattern_like_everything(ground: Ground) -> None:
     viewer.publish(channel, as_json({}))
     assert "--allow-write topic:/cmd_vel" in viewer.status("/cmd_vel", "refused")
     assert ground.publishers("/cmd_vel") == []
+
+
+TWIST_OF_ONES_OWN = (
+    "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n"
+    + "=" * 80
+    + "\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
+)
+OTHER_NAMES = (("geometry_msgs/Accel", ""), ("geometry_msgs/msg/Accel", ""), ("my/Thing", TWIST_OF_ONES_OWN))
+
+
+@pytest.mark.promise(
+    "does not publish a velocity with a number that is not finite",
+    "leaves or is silent for half a second, the gateway sends zero",
+    "The md5sum of a message decides whether it is a velocity",
+)
+@pytest.mark.parametrize(("name", "schema"), OTHER_NAMES)
+@pytest.mark.parametrize("encoding", ["ros1", "json"])
+def test_a_velocity_by_another_name_is_one(ground: Ground, name: str, schema: str, encoding: str) -> None:
+    """Advertised before the robot's topic is in the graph, it is guarded, and zero follows when the viewer has gone."""
+    viewer = ground.view(ground.serve(access=Access(write=["/base_cmd_vel"])))
+    channel = viewer.advertise("/base_cmd_vel", name, schema, encoding)
+    until(lambda: ground.publishers("/base_cmd_vel"), "it is advertised")
+    heard = ground.robot.subscriber("/base_cmd_vel", Twist, queue_size=100)
+    heard.wait_for_connection(5)
+
+    def drive(speed: float) -> None:
+        twist = Twist(linear=Vector3(x=speed))
+        viewer.publish(channel, encode(twist) if encoding == "ros1" else as_json({"linear": {"x": speed}}))
+
+    drive(float("nan"))
+    viewer.status("/base_cmd_vel", "not finite")
+    drive(1001.0)
+    viewer.status("/base_cmd_vel", "larger than 1000")
+    drive(0.25)
+    assert heard.next(5) == Twist(linear=Vector3(x=0.25))
+    viewer.close()
+    assert [heard.next(5) for _ in range(5)] == [Twist()] * 5
+
+
+@pytest.mark.promise("A topic that other nodes use is published with their type only")
+@pytest.mark.parametrize(("name", "schema"), OTHER_NAMES)
+def test_the_graph_says_what_a_topic_is(ground: Ground, name: str, schema: str) -> None:
+    """A topic that other nodes use with a type is not advertised with another one."""
+    ground.robot.subscriber("/base_cmd_vel", Twist)
+    viewer = ground.view(ground.serve(access=Access(write=["/base_cmd_vel"])))
+    viewer.advertise("/base_cmd_vel", name, schema)
+    assert "/base_cmd_vel is of type geometry_msgs/Twist, not" in viewer.status("/base_cmd_vel")
+    assert ground.publishers("/base_cmd_vel") == []
+
+
+def test_a_type_that_nobody_uses_any_longer_binds_nobody(ground: Ground) -> None:
+    """The master remembers the type of a topic after its last node has left."""
+    ground.robot.publisher("/say", Twist).close()
+    heard = ground.robot.subscriber("/listen", String)
+    viewer = ground.view(ground.serve(access=Access(write=["*"])))
+    viewer.advertise("/say", "std_msgs/String")
+    until(lambda: ground.publishers("/say"), "it is advertised")
+    viewer.publish(viewer.advertise("/listen", "std_msgs/String"), encode(String(data="a")))
+    assert heard.next(5).data == "a"
