@@ -3,15 +3,19 @@
 Everything is readable unless `allow` or `deny` says otherwise. Nothing is writable without a pattern in
 `write`: velocities, goals, poses and calls can all move a robot, and a name does not show which ones do. The
 few services that only answer are recognised by their type.
+
+Every name is compared in its canonical form, whatever the client's spelling: `//a/b/` is `/a/b`.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import translate
 from typing import Literal
+
+from rosproto.names import canonicalize
 
 Kind = Literal["topic", "service", "parameter", "action", "node"]
 
@@ -23,6 +27,8 @@ _WRITING: dict[Kind, str] = {
     "node": "changing",
 }
 _PREFIXES: dict[str, Kind] = {**{kind: kind for kind in _WRITING}, "param": "parameter"}
+ACTION_PARTS = frozenset(("cancel", "feedback", "goal", "result", "status"))
+"""The topics of an action, below its name."""
 _ONLY_ANSWER = frozenset({"roscpp/GetLoggers", "tf2_msgs/FrameGraph", "nav_msgs/GetMap"})
 """Types of services that change nothing. The md5sum of a call verifies the type."""
 
@@ -65,9 +71,12 @@ class Access:
     `node:`, to that kind only. An action is named without its topics; a client that may send goals to
     `/move_base` may also do so by publishing on `/move_base/goal` and `/move_base/cancel`.
 
+    A pattern of `deny` also covers everything below a name: `/walk` hides `/walk/goal`, and `/` everything.
+    An action and its five topics are hidden together. `allow` and `write` open only what they match.
+
     Args:
         allow: Visible names.
-        deny: Hidden names; it has precedence over `allow` and `write`.
+        deny: Hidden names, and all below them; it has precedence over `allow` and `write`.
         write: Names that clients may publish on, call, provide, set or send goals to. None by default.
         read_only: Refuse all writes, whatever `write` says.
 
@@ -88,7 +97,7 @@ class Access:
         self.write = _given(write)
         self.read_only = read_only
         self._allowed = _Patterns(self.allow)
-        self._denied = _Patterns(self.deny)
+        self._denied = _Patterns(self.deny, below=True)
         self._written = _Patterns(self.write)
 
     def __repr__(self) -> str:
@@ -104,10 +113,23 @@ class Access:
 
     def may_read(self, kind: Kind, name: str) -> Refusal | None:
         """Return None if the name is visible, else the reason."""
-        if self._denied.match(kind, name):
+        name = _global(name)
+        refused = self.denied(kind, name)
+        if refused is None and not self._allowed.match(kind, name):
+            text = f"{kind} {short(name)} is not open here: no --allow pattern covers it"
+            refused = Refusal(kind, name, text)
+        return refused
+
+    def denied(self, kind: Kind, name: str) -> Refusal | None:
+        """The reason if `deny` covers the name; for an action also if it covers one of its topics."""
+        name = _global(name)
+        others: list[tuple[Kind, str]] = []
+        if kind == "action":
+            others = [("topic", f"{name}/{part}") for part in ACTION_PARTS]
+        elif kind == "topic" and (action := _action_of(name, ACTION_PARTS)) is not None:
+            others = [("action", action)]
+        if any(self._denied.match(*each) for each in ((kind, name), *others)):
             return Refusal(kind, name, f"{kind} {short(name)} is not open here: a --deny pattern covers it")
-        if not self._allowed.match(kind, name):
-            return Refusal(kind, name, f"{kind} {short(name)} is not open here: no --allow pattern covers it")
         return None
 
     def may_write(self, kind: Kind, name: str, type: str = "") -> Refusal | None:
@@ -118,6 +140,7 @@ class Access:
             name: Resolved name; that of an action without `/goal`.
             type: Type of the topic or service by its provider; "" if unknown.
         """
+        name = _global(name)
         refused = self._hidden(kind, name)
         if refused is not None:
             return refused
@@ -156,21 +179,33 @@ def _given(patterns: Iterable[str]) -> tuple[str, ...]:
     return tuple(patterns)
 
 
-def _action_of(topic: str) -> str | None:
+def _global(name: str) -> str:
+    """The canonical form of a resolved name."""
+    return canonicalize(f"/{name}")
+
+
+def _action_of(topic: str, parts: Collection[str] = ("goal", "cancel")) -> str | None:
     """The action of a goal or cancel topic; None for other topics."""
     action, slash, last = topic.rpartition("/")
-    return action if slash and action and last in ("goal", "cancel") else None
+    return action if slash and action and last in parts else None
 
 
 class _Patterns:
-    """Patterns, compiled into one regular expression for each kind."""
+    """Patterns, compiled into one regular expression for each kind.
 
-    def __init__(self, patterns: Sequence[str]) -> None:
+    Args:
+        patterns: As they were given.
+        below: They also match everything below a name that they match.
+    """
+
+    def __init__(self, patterns: Sequence[str], *, below: bool = False) -> None:
         by_kind: dict[str, list[str]] = {kind: [] for kind in _WRITING}
         for pattern in patterns:
             kinds, glob = _parsed(pattern)
             for kind in kinds:
                 by_kind[kind].append(translate(glob))
+                if below:
+                    by_kind[kind].append(translate(f"{glob.rstrip('/')}/*"))
         self._regexes = {
             kind: re.compile("|".join(globs)) if globs else None for kind, globs in by_kind.items()
         }
@@ -191,7 +226,7 @@ def _parsed(pattern: str) -> tuple[tuple[str, ...], str]:
         kinds, pattern = (_PREFIXES[prefix],), rest
     if not pattern:
         raise ValueError("a pattern is empty; * is everything")
-    return kinds, pattern if pattern[0] in "/*?[" else f"/{pattern}"
+    return kinds, canonicalize(pattern if pattern[0] in "/*?[" else f"/{pattern}")
 
 
 def short(text: str) -> str:

@@ -51,8 +51,9 @@ time stamp
 string frame_id
 """,
 }
-"""Velocity types with their definitions, "" for a bundled one. A message whose numbers are all zero means "stand
-still".
+"""Velocity types with their definitions, "" for a bundled one.
+
+A message whose numbers are all zero means "stand still".
 """
 HEADER = "std_msgs/Header"
 
@@ -72,9 +73,9 @@ def _velocity_md5sums() -> frozenset[str]:
 def is_velocity(kind: type[Message]) -> bool:
     """Whether a message of this class keeps a robot moving until the next one.
 
-    The md5sum decides, because a subscriber compares nothing else: a robot takes geometry_msgs/Accel, or a type
-    of any other name with the fields of geometry_msgs/Twist, for a velocity. Another revision is known by its
-    name.
+    The md5sum decides, because a subscriber compares nothing else: a robot takes geometry_msgs/Accel, or a
+    type of any other name with the fields of geometry_msgs/Twist, for a velocity. Another revision is known
+    by its name.
     """
     return kind._type in VELOCITY_TYPES or kind._md5sum in _velocity_md5sums()
 

@@ -166,7 +166,11 @@ def connection_graph(view: GraphView, access: Access) -> ConnectionGraph:
     state = view.state
 
     def seen(names: Mapping[str, Sequence[str]], kind: Kind) -> dict[str, Sequence[str]]:
-        return {name: nodes for name, nodes in names.items() if access.may_read(kind, name) is None}
+        return {
+            name: [node for node in nodes if access.may_read("node", node) is None]
+            for name, nodes in names.items()
+            if access.may_read(kind, name) is None
+        }
 
     return ConnectionGraph(
         seen(state.publishers, "topic"), seen(state.subscribers, "topic"), seen(state.services, "service")

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from itertools import islice
 
 from rosproto.errors import MasterError, RosError
 from rosproto.gateway.foxglove.server_state import ServerState
+from rosproto.gateway.parameter_access import HIDDEN, ParameterAccess
 from rosproto.logs import get_logger
 from rosproto.node.parameters import ParameterSubscription
 
@@ -36,6 +39,7 @@ class ViewerParameters:
 
     def __init__(self, state: ServerState, tell: Callable[[list[tuple[str, object]]], object]) -> None:
         self._node, self._access, self._limits = state.node, state.access, state.limits
+        self._rules = ParameterAccess(state.node, state.access)
         self._tell = tell
         self._lock = threading.Lock()
         self._followed: dict[str, ParameterSubscription] = {}
@@ -47,41 +51,44 @@ class ViewerParameters:
         Raises:
             RosError: The master does not answer.
         """
-        wanted = [_named(name) for name in names][:MOST]
-        if not wanted:
-            tree = self._node.master.get_param("/", timeout=ASK_SECONDS)
-            pairs = leaves("/", tree) if isinstance(tree, dict) and tree else iter(())
-        else:
-            answers = self._node.master.several(
-                [("getParam", (name,)) for name in wanted], timeout=ASK_SECONDS
-            )
-            pairs = (
-                leaf
-                for name, value in zip(wanted, answers, strict=True)
-                if not isinstance(value, MasterError)
-                for leaf in leaves(name, value)
-            )
-        found: dict[str, object] = {}
-        for name, value in pairs:
-            if len(found) >= MOST:
-                break
-            if self._access.may_read("parameter", name) is None:
-                found[name] = value
-        return found
+        asked = list(names)[:MOST]
+        wanted = self._keys(asked) if asked else ["/"]
+        answers = self._node.master.several([("getParam", (key,)) for key in wanted], timeout=ASK_SECONDS)
+        if not asked and isinstance(answers[0], MasterError):
+            raise answers[0]
+        pairs = (
+            leaf
+            for key, value in zip(wanted, answers, strict=True)
+            if not isinstance(value, MasterError)
+            for leaf in self._visible(key, value)
+        )
+        return dict(islice(pairs, MOST))
+
+    def _keys(self, names: Iterable[str]) -> list[str]:
+        """The full names of parameters, without those that are not names."""
+        keys = []
+        for name in names:
+            with suppress(ValueError):
+                keys.append(self._rules.key(name))
+        return keys
+
+    def _visible(self, key: str, value: object) -> Iterator[tuple[str, object]]:
+        shown = self._rules.visible(key, value)
+        return iter(()) if shown is HIDDEN or (key == "/" and not shown) else leaves(key, shown)
 
     def set(self, name: str, value: object) -> str | None:
         """Set a parameter, or delete it with None. Return None, or a sentence if it failed."""
-        name = _named(name)
         if len(name) > self._limits.text_length:
             return "the name of a parameter is too long"
-        refusal = self._access.may_write("parameter", name)
-        if refusal is not None:
-            return refusal.text
         try:
+            key = self._rules.key(name)
+            refusal = self._rules.may_write(key, value)
+            if refusal is not None:
+                return refusal.text
             if value is None:
-                self._node.params.delete(name)
+                self._node.params.delete(key)
             else:
-                self._node.params.set(name, value)
+                self._node.params.set(key, value)
         except (RosError, ValueError) as problem:
             return f"parameter {name} is not set: {problem}"
         return None
@@ -91,33 +98,37 @@ class ViewerParameters:
         problem = None
         most = self._limits.subscriptions_per_client
         for name in names:
-            with self._lock:
-                if self._closed or name in self._followed:
-                    continue
-                if len(self._followed) >= most:
-                    return f"{most} parameters are followed, which is the limit for a client"
-            refusal = self._access.may_read("parameter", name)
-            if refusal is not None:
-                problem = refusal.text
-                continue
             try:
-                made = self._node.params.subscribe(name, self._changed)
+                key = self._rules.key(name)
+                with self._lock:
+                    if self._closed or key in self._followed:
+                        continue
+                    if len(self._followed) >= most:
+                        return f"{most} parameters are followed, which is the limit for a client"
+                refusal = self._access.may_read("parameter", key)
+                if refusal is not None:
+                    problem = refusal.text
+                    continue
+                made = self._node.params.subscribe(key, self._changed)
             except (RosError, ValueError) as error:
                 problem = f"parameter {name[:200]} is not followed: {error}"
                 continue
             with self._lock:
-                kept = not self._closed and self._followed.setdefault(name, made) is made
+                kept = not self._closed and self._followed.setdefault(key, made) is made
             if not kept:
                 made.close()
             elif made.value is not None:  # it may have changed since the client read it
-                self._changed(name, made.value)
+                self._changed(key, made.value)
         return problem
 
     def leave(self, names: Iterable[str] = ()) -> None:
         """Stop following these parameters; without names, all."""
+        named = tuple(names)
+        left = self._keys(named)
         with self._lock:
-            left = tuple(names) or tuple(self._followed)
-            over = [self._followed.pop(name) for name in left if name in self._followed]
+            if not named:
+                left = list(self._followed)
+            over = [self._followed.pop(key) for key in left if key in self._followed]
         for one in over:
             try:
                 one.close()
@@ -125,11 +136,7 @@ class ViewerParameters:
                 _log.info("! foxglove: parameter %s could not be left: %s", one.key, problem)
 
     def _changed(self, key: str, value: object) -> None:
-        pairs = [
-            (name, one)
-            for name, one in leaves(key, value)
-            if self._access.may_read("parameter", name) is None
-        ]
+        pairs = list(self._visible(key, value))
         if pairs and not self._closed:
             self._tell(pairs[:MOST])
 
@@ -138,7 +145,3 @@ class ViewerParameters:
         with self._lock:
             self._closed = True
         self.leave()
-
-
-def _named(name: str) -> str:
-    return name if name.startswith("/") else f"/{name}"

@@ -106,3 +106,33 @@ def test_a_long_name_is_cut_in_the_sentence() -> None:
     refused = Access().may_write("topic", "/" + "x" * 100_000)
     assert refused is not None
     assert len(refused.text) < 1000
+
+
+@pytest.mark.promise("A denied name denies everything below it")
+@pytest.mark.parametrize("deny", ["/walk", "//walk/", "walk", "/wa?k", "/"])
+def test_a_denied_name_denies_what_is_below_it(deny: str) -> None:
+    """Of every kind; names that only begin alike stay."""
+    access = Access(deny=[deny], write=["*"])
+    for kind in ("topic", "service", "parameter", "action", "node"):
+        for name in ("/walk", "/walk/goal", "/walk/a/b", "//walk//goal/", "walk/goal"):
+            assert access.may_read(kind, name) is not None
+            assert access.may_write(kind, name) is not None
+        if deny != "/":
+            assert access.may_read(kind, "/walker/goal") is None
+
+
+@pytest.mark.promise("a goal denied as an action or as a topic")
+@pytest.mark.parametrize("part", ["goal", "cancel", "status", "feedback", "result"])
+def test_an_action_and_its_topics_are_hidden_together(part: str) -> None:
+    """A goal would otherwise give what a hidden topic shows."""
+    assert Access(deny=["action:/walk"]).may_read("topic", f"/walk/{part}") is not None
+    assert Access(deny=["action:/walk"]).may_read("topic", "/walk/other") is None
+    assert Access(deny=[f"topic:/walk/{part}"], write=["*"]).may_write("action", "/walk") is not None
+
+
+def test_allow_and_write_open_only_what_they_match() -> None:
+    """What is below needs a pattern of its own."""
+    access = Access(allow=["/walk"], write=["/walk"])
+    assert access.may_read("topic", "/walk/goal") is not None
+    assert Access(write=["/walk"]).may_write("parameter", "/walk/key") is not None
+    assert access.may_read("topic", "//walk/") is None

@@ -52,7 +52,7 @@ class Rosapi:
         timeout: Seconds for one call.
 
     Attributes:
-        services: name -> type of all of them: "/rosapi/topics" -> "rosapi/Topics".
+        services: name -> type of those that are not denied: "/rosapi/topics" -> "rosapi/Topics".
     """
 
     def __init__(self, node: Node, access: Access, *, timeout: float = CALL_SECONDS) -> None:
@@ -64,12 +64,14 @@ class Rosapi:
         self._graph = VisibleGraph(node, visible, self.services)
         self._table = self._entries(VisibleParameters(node, visible))
         self.services.update(
-            (f"{NAMESPACE}/{name}", f"rosapi/{entry.type}") for name, entry in self._table.items()
+            (service, f"rosapi/{entry.type}")
+            for name, entry in self._table.items()
+            if access.denied("service", service := f"{NAMESPACE}/{name}") is None
         )
 
     def answers(self, service: str) -> bool:
         """Whether this service is one of them; "rosapi/topics" means "/rosapi/topics"."""
-        return _local_name(service) in self._table
+        return f"{NAMESPACE}/{_local_name(service)}" in self.services
 
     def call(self, service: str, args: object = None) -> Values:
         """Answer one call.
@@ -84,9 +86,9 @@ class Rosapi:
         Raises:
             RosapiError: It is refused or failed; the text is for the client.
         """
-        entry = self._table.get(_local_name(service))
-        if entry is None:
+        if not self.answers(service):
             raise RosapiError(f"service {service} is not one of {NAMESPACE}")
+        entry = self._table[_local_name(service)]
         fields = _fields(entry.type, args)
         deadline = (Deadline(self._timeout),) if entry.waits else ()
         try:

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import MasterError, RosError
-from rosproto.gateway.access import Access, Kind
+from rosproto.gateway.access import ACTION_PARTS, Access, Kind
 from rosproto.node import Node
 from rosproto.node.graph.master_client import SystemState
 from rosproto.node.services.probe import probe
@@ -71,9 +71,6 @@ class ServiceTypes:
         type_name = header.get("type", "")
         self._types.put((service, uri), (type_name, math.inf))
         return type_name
-
-
-ACTION_PARTS = frozenset(("cancel", "feedback", "goal", "result", "status"))
 
 
 class VisibleGraph:
