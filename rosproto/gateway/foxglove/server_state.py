@@ -177,10 +177,15 @@ class ServerState(GatewayState):
         """The visible services of a view whose type is known."""
         return self.advertised.services(self._service_types.present(view))
 
-    def differs(self, description: TopicDescription) -> None:
-        """A publisher's definition differs from the advertised one. Called in a thread of the node."""
-        if self.advertised.learn(description):
+    def differs(self, description: TopicDescription) -> bool:
+        """A publisher's definition differs from the advertised one: advertise it; False if it sent none.
+
+        Called in a thread of the node.
+        """
+        learned = self.advertised.learn(description)
+        if learned:
             self.pool.spawn(self._show)
+        return learned
 
     def _show(self) -> None:
         for session in self.sessions:

@@ -246,7 +246,7 @@ class FoxgloveSession:
                 raise Refused(
                     f"{channel.topic} is not followed: {most} topics are followed, which is the limit"
                 )
-            made = self._subscriptions[id] = _Subscription(id, channel, self.channel, self._state.differs)
+            made = self._subscriptions[id] = _Subscription(id, channel, self.channel, self._differs)
         try:
             shared = self._state.subscribe(channel.topic, made)
         except BaseException as problem:
@@ -261,6 +261,15 @@ class FoxgloveSession:
                 made.shared = shared
         if not kept:
             shared.close()
+
+    def _differs(self, channel: AdvertisedChannel, description: TopicDescription) -> None:
+        """A message is not of its channel's schema: the viewer would misread it. Called in a thread of the node."""
+        if description.type_name == channel.schema.type_name and self._state.differs(description):
+            return  # another channel replaces this one
+        self.status(
+            f"messages of {channel.topic} are not sent: a publisher sends {description.type_name[:200]} "
+            f"({description.md5sum}), the channel has {channel.schema.type_name} ({channel.schema.md5sum})"
+        )
 
     def _unsubscribe(self, asked: messages.Unsubscribe) -> None:
         with self._lock:
@@ -396,7 +405,7 @@ class _Subscription:
         id: int,
         channel: AdvertisedChannel,
         viewer: ClientChannel,
-        differs: Callable[[TopicDescription], None],
+        differs: Callable[[AdvertisedChannel, TopicDescription], None],
     ) -> None:
         self.channel = channel
         self.topic = channel.topic
@@ -415,8 +424,8 @@ class _Subscription:
         if description is not self._same:
             schema = self.channel.schema
             if (description.md5sum, description.type_name) != (schema.md5sum, schema.type_name):
-                self._differs(description)
-                return  # the viewer would misread it; another channel replaces this one
+                self._differs(self.channel, description)
+                return
             self._same = description
         head = messages.message_head(self._id, event.stamp.to_nsec())
         self._viewer.outbox.put(self.topic, len(event.data), framed(head, event.data))

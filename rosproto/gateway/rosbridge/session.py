@@ -9,6 +9,7 @@ no message raises here.
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -58,6 +59,7 @@ class RosbridgeSession:
         self._limits = state.limits
         self._protocol = Protocol(state.limits, state.json)
         self._subscriptions: dict[str, TopicSubscription] = {}
+        self._subscribing = threading.Lock()
         self._publications: dict[str, ClientPublication] = {}
         self._advertised: dict[str, set[Id]] = {}
         self._credentials_came = False
@@ -182,14 +184,30 @@ class RosbridgeSession:
             raise Refused(f"{len(self._subscriptions)} topics are subscribed: the limit for a client")
         if asked.type:
             insist_type(self._state.node, name, definition_name(asked.type))
-        subscription = TopicSubscription(asked.topic, self.channel, self._protocol.cut, self._undecodable)
+        subscription = TopicSubscription(
+            asked.topic, self.channel, self._protocol.cut, self._undecodable, self._other_type
+        )
         subscription.add(asked)
         self._subscriptions[asked.topic] = subscription
         try:
-            subscription.shared = self._state.shared_subscriptions.open(name, subscription)
+            subscription.opened(self._state.shared_subscriptions.open(name, subscription))
         except BaseException:
-            del self._subscriptions[asked.topic]
+            self._forget(subscription)
             raise
+
+    def _other_type(self, subscription: TopicSubscription, type_name: str) -> None:
+        """A topic that appeared later has not the client's type: end the subscription, in another thread."""
+        self._report(
+            f"subscribe: {subscription.topic} is of type {type_name[:200]}, not {subscription.type_name};"
+            " the subscription is ended"
+        )
+        self._forget(subscription)
+        self._state.pool.spawn(subscription.leave)
+
+    def _forget(self, subscription: TopicSubscription) -> None:
+        with self._subscribing:
+            if self._subscriptions.get(subscription.topic) is subscription:
+                del self._subscriptions[subscription.topic]
 
     def _undecodable(self, topic: str, error: RosError) -> None:
         self._report(f"subscribe: {topic} cannot be decoded: {error}")
@@ -197,7 +215,7 @@ class RosbridgeSession:
     def _unsubscribe(self, asked: operations.Unsubscribe) -> None:
         subscription = self._subscriptions.get(asked.topic)
         if subscription is not None and subscription.remove(asked.id):
-            del self._subscriptions[asked.topic]
+            self._forget(subscription)
             subscription.close()
 
     # -- publications ---------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
+from rosproto.gateway.access import Refused
 from rosproto.gateway.chunks import ChunkedMessage
 from rosproto.gateway.client_channel import ClientChannel, Payload
 from rosproto.gateway.message_event import MessageEvent
@@ -23,7 +24,7 @@ from rosproto.gateway.rosbridge.fields import Compression, Id
 from rosproto.gateway.rosbridge.operations import Subscribe
 from rosproto.gateway.rosbridge.png import publish_png
 from rosproto.gateway.rosbridge.protocol import publish_chunks, publish_text
-from rosproto.gateway.values import to_json, to_json_parts
+from rosproto.gateway.values import definition_name, to_json, to_json_parts
 
 if TYPE_CHECKING:
     from rosproto.gateway.shared_subscriptions import SharedSubscription
@@ -175,9 +176,8 @@ class TopicSubscription:
         channel: Sends to the client.
         cut: Cuts texts into fragments.
         failed: Called once if a message cannot be decoded.
-
-    Attributes:
-        shared: The subscription at the robot; set by the session.
+        other_type: Called with the type of a message that is not the client's; no further message is sent.
+            `offer` calls it, so it must not wait.
     """
 
     def __init__(
@@ -186,12 +186,15 @@ class TopicSubscription:
         channel: ClientChannel,
         cut: Cut,
         failed: Callable[[str, RosError], object],
+        other_type: Callable[[TopicSubscription, str], object],
     ) -> None:
         self.topic = topic
-        self.shared: SharedSubscription | None = None
+        self._shared: SharedSubscription | None = None
         self._channel = channel
         self._cut = cut
         self._failed = failed
+        self._other_type = other_type
+        self._type = ""
         self._lock = threading.Lock()
         self._asked: dict[Id, Subscribe] = {}
         self._settings = Settings()
@@ -201,10 +204,26 @@ class TopicSubscription:
         self._closed = False
 
     def add(self, asked: Subscribe) -> None:
-        """Add a subscription, or change the one with the same id."""
+        """Add a subscription, or change the one with the same id.
+
+        Raises:
+            Refused: It has another type than those before it.
+        """
+        kind = definition_name(asked.type) if asked.type else ""
         with self._lock:
+            if kind and self._type and kind != self._type:
+                raise Refused(f"{self.topic} is subscribed as {self._type} already, not {kind[:200]}")
+            self._type = self._type or kind
             self._asked[asked.id] = asked
             self._settings = combined(list(self._asked.values()))
+
+    def opened(self, shared: SharedSubscription) -> None:
+        """Keep the subscription at the robot, which is closed with this one."""
+        with self._lock:
+            self._shared = shared
+            closed = self._closed
+        if closed:
+            shared.close()
 
     def remove(self, id: Id) -> bool:
         """Remove a subscription, or without an id all of them; True if none is left."""
@@ -218,6 +237,11 @@ class TopicSubscription:
             return not self._asked
 
     @property
+    def type_name(self) -> str:
+        """The type that the client expects; "" for any."""
+        return self._type
+
+    @property
     def count(self) -> int:
         """Number of subscriptions of this topic."""
         return len(self._asked)
@@ -228,12 +252,16 @@ class TopicSubscription:
             if self._closed:
                 return
             settings = self._settings
+            other = self._type not in ("", event.type_name)
+            self._closed = other
             first: MessageEvent | None = event
-            if settings.interval > 0.0 or self._throttle.waits:
+            if (not other and settings.interval > 0.0) or self._throttle.waits:
                 now = time.monotonic()
                 first = self._throttle.offer(event, now, settings)
                 self._tick_later(now, settings)
-        if first is not None:
+        if other:
+            self._other_type(self, event.type_name)
+        elif first is not None:
             self._send(first, settings)
 
     def _tick_later(self, now: float, settings: Settings) -> None:
@@ -282,10 +310,15 @@ class TopicSubscription:
         return self._cut(payload, settings.fragment_size)
 
     def close(self) -> None:
-        """Stop sending, and leave the topic."""
+        """Stop sending, drop what waits, and leave the topic."""
+        self.leave()
+        self._channel.outbox.forget(self.topic)
+
+    def leave(self) -> None:
+        """Leave the topic; what waits is still sent."""
         with self._lock:
             self._closed = True
             self._throttle.clear()
-        if self.shared is not None:
-            self.shared.close()
-        self._channel.outbox.forget(self.topic)
+            shared = self._shared
+        if shared is not None:
+            shared.close()

@@ -410,6 +410,53 @@ def test_another_type_than_the_topics(graph: Graph, serve: Serve, connect: Serve
     assert "advertise it first" in client.op("status")["msg"]
 
 
+@pytest.mark.promise("gets no message of another one: a status, and the subscription is ended")
+@pytest.mark.parametrize("compression", ["none", "png", "cbor", "cbor-raw"])
+def test_a_topic_that_appears_later_with_another_type(
+    graph: Graph, serve: Serve, connect: Serve, compression: str
+) -> None:
+    """The subscription is ended with a status, and no value arrives; then the client may subscribe anew."""
+    bridge = serve()
+    client = connect(bridge)
+    client.send(op="subscribe", topic="/later", type="geometry_msgs/Twist", id="s", compression=compression)
+    until(lambda: bridge.stats().topics == ("/later",))
+    publisher = graph.robot.publisher("/later", String)
+    publisher.wait_for_connection(10)
+    publisher.publish(data="1234567890" * 10)
+    told = client.get()
+    assert (told["op"], told["level"]) == ("status", "error")
+    assert "/later is of type std_msgs/String, not geometry_msgs/Twist" in told["msg"]
+    until(lambda: publisher.connections == 0)
+    client.send(op="subscribe", topic="/later", type="std_msgs/String", id="t")
+    publisher.wait_for_connection(10)
+    publisher.publish(data="right")
+    assert client.get() == {"op": "publish", "topic": "/later", "msg": {"data": "right"}}
+
+
+def test_another_client_keeps_its_subscription(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """It ends the subscription with that type, and not the one of another client."""
+    bridge = serve()
+    other = connect(bridge)
+    other.send(op="subscribe", topic="/later")
+    first = connect(bridge)
+    first.send(op="subscribe", topic="/later", type="geometry_msgs/Twist")
+    until(lambda: sum(len(c.subscriptions) for c in bridge.clients) == 2)
+    publisher = graph.robot.publisher("/later", String, latch=True)
+    publisher.publish(data="kept")
+    assert other.op("publish")["msg"] == {"data": "kept"}
+    assert "/later is of type std_msgs/String" in first.op("status")["msg"]
+    until(lambda: sum(len(c.subscriptions) for c in bridge.clients) == 1)
+
+
+def test_a_second_type_of_one_subscription(graph: Graph, serve: Serve, connect: Serve) -> None:
+    """Two subscriptions of a topic by one client have one type, known to the graph or not."""
+    client = connect(serve())
+    client.send(op="subscribe", topic="/none", type="geometry_msgs/Twist", id="a")
+    client.send(op="subscribe", topic="/none", type="std_msgs/String", id="b")
+    told = client.op("status")
+    assert (told["id"], "geometry_msgs/Twist" in told["msg"]) == ("b", True)
+
+
 def test_a_client_has_limits(graph: Graph, serve: Serve, connect: Serve) -> None:
     """In topics, services and calls; beyond them a sentence."""
     limits = GatewayLimits(

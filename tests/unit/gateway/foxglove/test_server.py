@@ -132,6 +132,22 @@ def test_another_revision_of_a_known_type(ground: Ground) -> None:
     assert viewer.message("/chatter") == encode(kind(data="a", more=7))
 
 
+def test_a_publisher_of_another_type(ground: Ground) -> None:
+    """Its messages are not sent to viewers of the channel, who are told; those of the topic's type are."""
+    with Node("/other", master_uri=ground.master.uri, rosout=False, intraprocess=False) as node:
+        wrong = node.publisher("/say", Twist)
+        right = ground.robot.publisher("/say", String)  # the last one decides the graph's type
+        viewer = ground.view(ground.serve())
+        viewer.subscribe("/say")
+        for publisher in wrong, right:
+            publisher.wait_for_connection(5)
+        for _ in range(100):
+            wrong.publish(DRIVE)
+        assert "geometry_msgs/Twist" in viewer.status("/say", "std_msgs/String")
+        right.publish(data="right")
+        assert viewer.message("/say") == encode(String(data="right"))
+
+
 def test_what_is_not_open_is_not_shown(ground: Ground) -> None:
     """Topics, services, parameters, and their place in the graph."""
     ground.robot.publisher("/open", String)
