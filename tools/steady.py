@@ -1,9 +1,12 @@
-"""Repeats tests to find those that fail now and then: `python -m tools.steady --rounds 30 -o steady.jsonl [PYTEST'S ARGUMENTS]`.
+"""Repeats tests to find those that fail now and then.
 
-A first round runs everything and notes the files whose tests start a thread or a process, or make a socket. Only those
-can depend on the order of events, and only those are repeated: first on the computer as it is, then beside processes
-that keep its processors busy. Each round has another order. At the end, each test that failed is printed with the
-number of its failures and the last line of one of them; `-o` keeps every failure whole, one JSON object a line.
+`python -m tools.steady --rounds 30 -o steady.jsonl [PYTEST'S ARGUMENTS]`
+
+A first round runs everything and notes the files whose tests start a thread or a process, or make a socket.
+Only those can depend on the order of events, and only those are repeated: first on the computer as it is,
+then beside processes that keep its processors busy. Each round has another order. At the end, each test that
+failed is printed with the number of its failures and the last line of one of them; `-o` keeps every failure
+whole, one JSON object a line.
 
 Exits with 1 if a test has failed.
 """
@@ -30,7 +33,7 @@ _SPIN = "while True: pass"
 _begun: set[str] = set()
 
 
-# -- As a plugin of pytest, in each of its processes ----------------------------------------------------------
+# -- As a plugin of pytest, in each of its processes ---------------------------------------------------------
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -64,7 +67,7 @@ def _append(path: str, row: dict[str, object]) -> None:
         file.write(json.dumps(row) + "\n")
 
 
-# -- As a command ---------------------------------------------------------------------------------------------
+# -- As a command --------------------------------------------------------------------------------------------
 
 
 def main() -> int:
@@ -86,7 +89,10 @@ def main() -> int:
         for phase in given.phases.split(","):
             with _spinning(given.beside if phase == "beside" else 0):
                 for number in range(1, given.rounds + 1):
-                    print(f"{phase} {number}: {_run(f'{phase} {number}', [*options, *files], failures)}", flush=True)
+                    print(
+                        f"{phase} {number}: {_run(f'{phase} {number}', [*options, *files], failures)}",
+                        flush=True,
+                    )
         return _summary(_rows(failures))
 
 

@@ -125,8 +125,8 @@ class ActionServer:
 
     One goal at a time, as actionlib's simple server: a newer goal asks the one under way to stop and starts
     when its handler has returned; of several that wait only the newest is kept, the others are recalled. A
-    goal whose stamp is before that of the last one is recalled, also when that one has ended; a goal without a
-    stamp gets the server's time. A goal that is cancelled while it waits ends, preempted, when its turn
+    goal whose stamp is before that of the last one is recalled, also when that one has ended; a goal without
+    a stamp gets the server's time. A goal that is cancelled while it waits ends, preempted, when its turn
     comes; its handler is not called. With `concurrent=True` every goal starts at once.
 
     Args:

@@ -135,7 +135,10 @@ class Client:
         return {
             goal: status
             for goal, status in self.status.items()
-            if goal.startswith("g") and goal in self.sent and not status.is_terminal and goal not in self.ended
+            if goal.startswith("g")
+            and goal in self.sent
+            and not status.is_terminal
+            and goal not in self.ended
         }
 
     def _settled(self) -> bool:
@@ -166,7 +169,9 @@ class Client:
         elif step.what == "cancel":
             self.cancel.publish(id=step.id, stamp=Time.from_sec(step.stamp))
         else:
-            for goal in [g for g, s in self._live().items() if s in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)]:
+            for goal in [
+                g for g, s in self._live().items() if s in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
+            ]:
                 self.finish.publish(data=self.first + int(goal[1:]))
                 self._until(lambda goal=goal: goal in self.ended, "it was not finished")  # type: ignore[misc]
                 self._until(lambda goal=goal: self.status[goal].is_terminal, "status")  # type: ignore[misc]

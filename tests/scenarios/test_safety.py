@@ -10,6 +10,7 @@ import signal
 import sys
 import threading
 import time
+from functools import partial
 from types import FrameType
 from typing import Any
 
@@ -447,23 +448,25 @@ def test_a_goal_of_ones_own_that_drives_the_robot_is_one_like_the_others(sim, ch
 @pytest.mark.parametrize("what", ["goal", "velocity"])
 def test_the_emergency_stop_is_named_although_its_code_comes_after_the_state(sim, chassis, monkeypatch, what):
     """State and code come on two topics: the weaker sentence ("the robot reports a fault") waits for the code."""
-    with held(monkeypatch, ReadinessState, "_on_status_code") as (came, go_on), contextlib.ExitStack() as stack:
+    with (
+        held(monkeypatch, ReadinessState, "_on_status_code") as (came, go_on),
+        contextlib.ExitStack() as stack,
+    ):
         chassis.wait_until_ready()
         late = threading.Timer(0.1, go_on.set)
         stack.callback(late.join)
         stack.callback(go_on.set)
+        begin = partial(chassis.go_to, 1.0, 0.0)
         if what == "velocity":
             drive = chassis.velocity(bypasses_protection=True).__enter__()
             drive.set(0.1, valid_for=5.0)
+            begin = partial(drive.hold, 0.1, seconds=10.0)
         sim.press_emergency_stop()
         assert came.wait(10.0)
         chassis.status.wait_for(lambda s: s.robot_state is RobotState.FAULT, 10.0)
         late.start()
         with pytest.raises(MotionRefused, match="emergency stop"):
-            if what == "velocity":
-                drive.hold(0.1, seconds=10.0)
-            else:
-                chassis.go_to(1.0, 0.0)
+            begin()
     sim.release_emergency_stop()
 
 

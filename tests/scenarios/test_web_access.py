@@ -233,7 +233,9 @@ def test_addresses_in_answers_have_the_prefix_of_a_proxy(chassis: Chassis, name:
         assert web.post("/robots/robot/api/v1//stop", headers=sent).status == 200
 
 
-@pytest.mark.parametrize("prefix", ["//evil.example", "http://evil.example", "/a b", "/a;x", "/../x", "robot"])
+@pytest.mark.parametrize(
+    "prefix", ["//evil.example", "http://evil.example", "/a b", "/a;x", "/../x", "robot"]
+)
 def test_a_prefix_that_is_not_a_path_is_passed_over(web: Served, prefix: str) -> None:
     made = web.post(
         "goals", {"kind": "rotate", "angle": 0.1, "replace": True}, headers={"x-forwarded-prefix": prefix}

@@ -158,15 +158,15 @@ class ReadinessState:
     def explained_readiness(self) -> Readiness:
         """As `known_readiness`, after the code of a fault that /robot_status has only just reported.
 
-        The chassis sends both at once, on two links, in either order. Without the code the reason would be "the
-        robot reports a fault" in place of, say, "the emergency stop is pressed". Waits 0.3 s at most.
+        The chassis sends both at once, on two links, in either order. Without the code the reason would be
+        "the robot reports a fault" in place of, say, "the emergency stop is pressed". Waits 0.3 s at most.
         """
         while self.awaits_code(readiness := self.known_readiness()):
             time.sleep(0.01)
         return readiness
 
     def awaits_code(self, readiness: Readiness | None) -> bool:
-        """Whether a fault is known without its code, and so lately that the code may still come; never waits."""
+        """Whether a fault without a code is so recent that the code may still come; never waits."""
         feed = self._feeds.used("status")
         status = None if feed is None or feed.in_callback else feed.known
         fresh = status is not None and status.age < _CODE_FOLLOWS

@@ -263,7 +263,7 @@ class FoxgloveSession:
             shared.close()
 
     def _differs(self, channel: AdvertisedChannel, description: TopicDescription) -> None:
-        """A message is not of its channel's schema: the viewer would misread it. Called in a thread of the node."""
+        """A message is not of its channel's schema, so the viewer would misread it. In a node's thread."""
         if description.type_name == channel.schema.type_name and self._state.differs(description):
             return  # another channel replaces this one
         self.status(
