@@ -16,6 +16,7 @@ from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind
 from rosproto.node.graph.master_client import MasterClient, SystemState
 from rosproto.node.graph.slave_client import NodeClient
+from rosproto.node.incoming.fresh_messages import fresh_messages
 from rosproto.node.incoming.local_nodes import LocalNodes
 from rosproto.node.incoming.subscriber import Subscriber
 from rosproto.node.node import Node
@@ -53,6 +54,7 @@ __all__ = [
     "TopicType",
     "UnconvertibleMessage",
     "UnknownParameter",
+    "fresh_messages",
     "host_names",
     "probe_service",
     "probe_topic",

@@ -80,7 +80,7 @@ def test_a_stop_keeps_a_velocity_block_from_opening_that_is_just_being_opened(si
         block.set(0.1)
 
 
-@pytest.mark.promise("`chassis.stop()`, from any thread")
+@pytest.mark.promise("a stop while a motion is being prepared")
 @pytest.mark.parametrize(
     "begin",
     [

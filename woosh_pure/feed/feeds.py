@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import threading
 import time
+from contextlib import closing
 from typing import Any
 
+from rosproto import Node
 from rosproto.errors import RosError, RosTimeout
+from rosproto.node import fresh_messages
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.connection import Connection
@@ -14,6 +17,8 @@ from woosh_pure.errors import StaleState
 from woosh_pure.feed.feed import Feed
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface import find, row
+from woosh_pure.values.convert import to_value
+from woosh_pure.values.messages import message_type
 
 # A link counts as lost when its publisher has been away for this long. A restart of one of the chassis's
 # nodes takes about a second and is no reason to give up a task.
@@ -114,19 +119,43 @@ class Feeds:
             return say("the chassis has been silent for {seconds:.1f} s ({why})", seconds=age, why=beat.topic)
         return ""
 
-    def wait_standing(self, timeout: float) -> bool | None:
-        """Whether the robot stands still: True once that is measured, False if it moves, None if unknown."""
-        began = time.monotonic()
+    def wait_standing(self, timeout: float, *, steady: float = 0.0) -> bool | None:
+        """Whether the robot stands still, by what it publishes after this call.
+
+        A measurement that arrives now may have been made before a stop was sent: a network can delay it for
+        seconds, and it has no stamp. So the robot is read through a connection that is made now
+        (`rosproto.node.fresh_messages`). True needs two measurements in succession.
+
+        Args:
+            timeout: Seconds for all of it; in a slow network, connecting takes several times its delay.
+            steady: For how many seconds it must be measured standing.
+
+        Returns:
+            True if it stands, False if it moves when the time is up, None if that is not known.
+        """
+        deadline = Deadline(timeout)
         try:
             feed: Feed[Velocity] = self.get("velocity").open()
-        except RosError:
+            node = self._connection.open_node()
+            while not (addresses := feed.sources):
+                if deadline.expired or feed.closed or feed.in_callback:
+                    return None
+                time.sleep(_LOOK)
+            answers = [_stands(node, feed, address, deadline, steady) for address in sorted(addresses)]
+        except (RosError, OSError, ValueError):
             return None
-        while True:  # polled: a wait could be blocked by another thread
-            reading = feed.known
-            fresh = reading is not None and reading.received >= began
-            if fresh and reading is not None and reading.value.is_standing():
+        return False if False in answers else None if None in answers else True
+
+
+def _stands(node: Node, feed: Feed[Velocity], address: str, deadline: Deadline, steady: float) -> bool | None:
+    """`Feeds.wait_standing` by one publisher."""
+    kind = feed.row.type
+    standing, since = None, 0.0
+    with closing(fresh_messages(node, feed.topic, message_type(kind), address, deadline)) as messages:
+        for message in messages:
+            before, standing = standing, to_value(kind, message).is_standing()
+            if standing and not before:
+                since = time.monotonic()
+            elif standing and time.monotonic() - since >= steady:
                 return True
-            over = time.monotonic() >= began + timeout
-            if over or feed.closed or feed.in_callback:
-                return False if over and fresh else None
-            time.sleep(_LOOK)
+    return None if standing else standing  # a single measurement, or not for long enough

@@ -27,6 +27,7 @@ _WRITTEN = 0.5  # seconds for the first round, which takes a millisecond
 _SHORT, _LONG = 4.0, 20.0  # seconds on top of the time limit: the steps have bounds of their own
 _LISTENERS = 1.0  # seconds that subscribers of velocities have at least to connect
 _LONGEST = 3600.0  # seconds; the system's waits take no number as large as a float can be
+_LOOK = 0.5  # seconds at least, to see whether it stands
 _STEADY = 1.0  # seconds for which it must stand still while another program may drive it
 
 
@@ -106,11 +107,8 @@ def _standing(run: StopRun, driven: bool) -> bool | None:
         if not feed.publishers and registrations.lacks_publisher(feed.topic):
             registrations.miss(feed.topic)
             return None
-        standing = feeds.wait_standing(max(0.2, run.deadline.remaining() or 0.0))
-        steady = Deadline(_STEADY)
-        while standing and driven and (left := steady.remaining()):
-            standing = feed.wait(left + 1.0).is_standing()
-        return standing
+        steady = _STEADY if driven else 0.0
+        return feeds.wait_standing(max(_LOOK, run.deadline.remaining() or 0.0) + steady, steady=steady)
     except RosError as error:
         run.report.problems.append(say("looking whether it stands ({error})", error=error))
         return None

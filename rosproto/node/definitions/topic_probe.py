@@ -33,13 +33,7 @@ def probe_topic(caller: CallerIdentity, topic: str, publisher: str, deadline: De
         RemoteProtocolError: Its answer is not a publisher's header.
     """
     uri = caller.master.lookup_node(publisher, timeout=deadline.remaining())
-    with NodeClient(uri, caller.name, limits=caller.limits, hosts=caller.hosts) as peer:
-        answer = peer.request_topic(topic, timeout=deadline.remaining())
-    if len(answer) < 3 or answer[0] != "TCPROS" or not isinstance(answer[2], int):
-        raise ConnectionLost(
-            f"{topic}: {publisher} offers no TCPROS connection (answered {str(answer)[:100]})", peer=uri
-        )
-    sock = connect(str(answer[1]), answer[2], deadline, hosts=caller.hosts)
+    sock = connect(*address_of(caller, topic, uri, deadline), deadline, hosts=caller.hosts)
     try:
         wanted = subscriber_header(topic=topic, type_name=ANY, md5sum=ANY, callerid=caller.name)
         write_header(sock, wanted, deadline)
@@ -47,3 +41,19 @@ def probe_topic(caller: CallerIdentity, topic: str, publisher: str, deadline: De
     finally:
         sock.close()
     return check_publisher_header(header, topic=topic, type_name=ANY, md5sum=ANY, peer=publisher)
+
+
+def address_of(caller: CallerIdentity, topic: str, uri: str, deadline: Deadline) -> tuple[str, int]:
+    """Host and port where the node with that XML-RPC URI sends a topic.
+
+    Raises:
+        MasterError: It does not publish the topic (any more).
+        ConnectionLost, RosTimeout: It cannot be reached, or offers no TCPROS connection.
+    """
+    with NodeClient(uri, caller.name, limits=caller.limits, hosts=caller.hosts) as peer:
+        answer = peer.request_topic(topic, timeout=deadline.remaining())
+    if len(answer) < 3 or answer[0] != "TCPROS" or not isinstance(answer[2], int):
+        raise ConnectionLost(
+            f"{topic}: {uri} offers no TCPROS connection (answered {str(answer)[:100]})", peer=uri
+        )
+    return str(answer[1]), answer[2]

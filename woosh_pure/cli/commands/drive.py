@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rosproto.cli import Keys, hurry, is_terminal, open_keys, own, positive, terminal_size
-from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from rosproto.text import cut, padded
 from woosh_pure.cli.arguments import add_watchdog
@@ -76,11 +75,9 @@ def run_drive(args: Namespace, out: Output) -> None:
             if chassis.moved:  # and was not stopped by its keys
                 stop_and_tell(chassis, out)
             raise
-        try:
-            chassis.measured_velocity.wait_for(lambda v: v.is_standing(), 3.0)
-            out.line("the robot stands still")
-        except RosTimeout:
-            out.line(chassis.stop(timeout=4.0).sentence())
+        report = chassis.stop(timeout=4.0)
+        stands = report.standing and not report.problems
+        out.line("the robot stands still" if stands else report.sentence())
 
 
 def _ask(out: Output) -> None:
