@@ -8,7 +8,7 @@ comes is older than the call, and no clocks are compared.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 
 from rosproto.codec import Message, decode
@@ -26,7 +26,7 @@ from rosproto.transport.uri import parse_uri
 
 def fresh_messages(
     caller: CallerIdentity, topic: str, message_class: type[Message], address: str, deadline: Deadline
-) -> Iterator[Message]:
+) -> Generator[Message, None, None]:
     """Connect to a publisher, and yield what it publishes from now on. Ends when the deadline has passed.
 
     Needs no thread, no answer of the master, and no lock. Close the iterator to disconnect.

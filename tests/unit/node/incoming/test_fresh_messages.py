@@ -42,12 +42,12 @@ def test_what_was_published_before_does_not_come(nodes: tuple[Node, Node], latch
         publisher.publish(Int32(data=1))
         messages = fresh_messages(reader, "/n", Int32, address, Deadline(10.0))
         got: list[int] = []
-        reading = threading.Thread(target=lambda: got.append(next(messages).data))  # type: ignore[attr-defined]
+        reading = threading.Thread(target=lambda: got.append(next(messages).data))
         reading.start()
         until(lambda: publisher.connections == 2)
         publisher.publish(Int32(data=2))
         reading.join(10.0)
-        messages.close()  # type: ignore[attr-defined]
+        messages.close()
         assert got == [2]
         until(lambda: publisher.connections == 1)
 
