@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
 from tests.support.web import Served, serving
-from woosh_pure import Chassis
+from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark
 
@@ -213,3 +214,14 @@ def test_the_old_name_of_the_heading_is_taken_but_not_both(web: Served) -> None:
     part = web.get("/openapi.json").json["components"]["schemas"]["PoseGoal"]
     assert part["properties"]["theta"]["deprecated"] is True
     assert "deprecated" not in part["properties"]["yaw"]
+
+
+def test_the_seconds_of_a_goal_do_not_jump_with_this_computers_clock(
+    web: Served, sim: SimulatedChassis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sim.speed = 1.0
+    goal = web.post("goals", {"kind": "mark", "mark": "B1"}).json
+    wall = time.time
+    monkeypatch.setattr(time, "time", lambda: wall() + 3600.0)
+    assert 0.0 <= web.get(f"goals/{goal['id']}").json["seconds"] < 300.0
+    assert web.delete(f"goals/{goal['id']}").json["seconds"] < 300.0

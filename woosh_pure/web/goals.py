@@ -176,7 +176,7 @@ class Goal:
         what: What was requested.
         who: The name of the client that requested it.
         handle: The library's handle of the goal.
-        begun: When it was started, s since 1970.
+        begun: When it was started, s since 1970, for people; `seconds` are by the monotonic clock.
         entry: The number of its entry in the journal.
         outcome: How it ended; None while it runs.
         error: Why the outcome is unknown; "" otherwise.
@@ -199,6 +199,7 @@ class Goal:
     target: Mapping[str, float] | None = None
     reasons: tuple[dict[str, Any], ...] = ()
     said: dict[str, str] | None = None
+    begun_monotonic: float = field(default_factory=time.monotonic)
 
     @property
     def done(self) -> bool:
@@ -231,7 +232,9 @@ class Goal:
             "percent": None if percent is None or not math.isfinite(percent) else round(float(percent), 1),
             "stands_still": None if outcome is None else outcome.stopped,
             "text": self.error if outcome is None else for_clients(outcome.sentence()),
-            "seconds": round(time.time() - self.begun if outcome is None else outcome.seconds, 2),
+            "seconds": round(
+                time.monotonic() - self.begun_monotonic if outcome is None else outcome.seconds, 2
+            ),
             "can_pause": not self.done and hasattr(self.handle, "pause"),
             "start": self.start,
             "target": self.target,

@@ -119,7 +119,7 @@ def rosnode_ping(node_name, max_count=None, verbose=False, skip_cache=False):
         print("pinging %s with a timeout of 3.0s" % node_name)
     times = []
     while True:
-        began = time.time()
+        began = time.monotonic()
         try:
             call(uri, "getPid", "/rosnode")
         except OSError as error:
@@ -127,7 +127,7 @@ def rosnode_ping(node_name, max_count=None, verbose=False, skip_cache=False):
             texts = "connection to [%s] failed" % node_name, "ERROR: connection refused to [%s]" % uri
             print(texts[refused], file=sys.stderr)
             return False
-        times.append((time.time() - began) * 1000.0)
+        times.append((time.monotonic() - began) * 1000.0)
         if verbose:
             print("xmlrpc reply from %s\ttime=%fms" % (uri, times[-1]))
         if max_count and len(times) >= max_count:

@@ -194,10 +194,10 @@ def wait_for_message(topic, topic_type, timeout=None):
     received = []
     subscriber = Subscriber(topic, topic_type, received.append)
     try:
-        end = None if timeout is None else time.time() + timeout
+        end = None if timeout is None else time.monotonic() + timeout
         while not core.is_shutdown() and not received:
             time.sleep(0.01)
-            if end is not None and time.time() >= end:
+            if end is not None and time.monotonic() >= end:
                 # As in rospy: a message that arrived within the last pause is too late.
                 raise ROSException("timeout exceeded while waiting for message on topic %s" % topic)
     finally:

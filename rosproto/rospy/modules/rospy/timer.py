@@ -134,10 +134,10 @@ class Timer(threading.Thread):
             if self._shutdown:
                 break
             real = rostime.get_rostime()
-            began = time.time()
+            began = time.monotonic()
             self._callback(TimerEvent(last_expected, last_real, expected, real, last_duration))
             if self._oneshot:
                 break
-            last_duration = time.time() - began
+            last_duration = time.monotonic() - began
             last_expected, last_real = expected, real
             expected += self._period

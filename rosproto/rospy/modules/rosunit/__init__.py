@@ -63,7 +63,7 @@ class _Result(unittest.TestResult):
 
     def startTest(self, test):
         super().startTest(test)
-        self._began = time.time()
+        self._began = time.monotonic()
         self._wrong = None
 
     def addError(self, test, err):
@@ -76,7 +76,7 @@ class _Result(unittest.TestResult):
 
     def stopTest(self, test):
         super().stopTest(test)
-        self.rows.append((test.id(), time.time() - self._began, self._wrong))
+        self.rows.append((test.id(), time.monotonic() - self._began, self._wrong))
 
 
 class _XmlRunner:
@@ -85,10 +85,10 @@ class _XmlRunner:
 
     def run(self, test):
         """Run the tests; the file includes their output."""
-        result, out, err, began = _Result(), StringIO(), StringIO(), time.time()
+        result, out, err, began = _Result(), StringIO(), StringIO(), time.monotonic()
         with redirect_stdout(out), redirect_stderr(err):
             test(result)
-        self._write(test, result, time.time() - began, out.getvalue(), err.getvalue())
+        self._write(test, result, time.monotonic() - began, out.getvalue(), err.getvalue())
         for name, _, wrong in result.rows:
             _report(name.rpartition(".")[2], wrong)
         return result

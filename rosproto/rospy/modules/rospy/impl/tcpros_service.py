@@ -76,11 +76,11 @@ def wait_for_service(service, timeout=None):
         raise ValueError("timeout must be non-zero")
     resolved = names.resolve_name(service)
     master = rosgraph.Master(names.get_caller_id())
-    end = time.time() + timeout if timeout else None
+    end = time.monotonic() + timeout if timeout else None
     failed = False
-    while not core.is_shutdown() and (end is None or time.time() < end):
+    while not core.is_shutdown() and (end is None or time.monotonic() < end):
         try:
-            uri = _contact(master, resolved, 10.0 if end is None else max(0.05, end - time.time()))
+            uri = _contact(master, resolved, 10.0 if end is None else max(0.05, end - time.monotonic()))
             if uri:
                 if failed:
                     core.loginfo("wait_for_service(%s): finally were able to contact [%s]" % (resolved, uri))
