@@ -66,6 +66,14 @@ def test_a_mark_is_renamed_moved_and_taken_off(web: Served, file: MarkFile) -> N
     assert web.delete("marks/A").status == 404
 
 
+def test_a_mark_of_the_chassis_without_a_pose_cannot_become_a_place_without_one(web: Served) -> None:
+    assert web.post("marks", {"name": "A", "on_chassis": True}).status == 201
+    refused = web.ask("PATCH", "marks/A", {"on_chassis": False})
+    assert refused.status == 409, "the request is valid: the mark stands against it"
+    assert "a place needs a pose" in refused.problem
+    assert web.ask("PATCH", "marks/A", {"on_chassis": False, "x": 1.0, "y": 0.0}).status == 200
+
+
 @pytest.mark.parametrize(
     ("body", "status", "text"),
     [

@@ -82,7 +82,7 @@ class MarkList:
             Problem: It has no name or no place, its name is in use, there are too many marks, or saving
                 failed.
         """
-        mark = _checked(mark)
+        mark = _checked(mark, 422)
         with self._changing() as marks:
             _require_free(marks, mark.name)
             if len(marks) >= MOST_MARKS:
@@ -94,10 +94,11 @@ class MarkList:
         """Change a mark: its name, pose, note ...
 
         Raises:
-            Problem: There is no such mark, another has the new name, or saving failed.
+            Problem: There is no such mark, another has the new name, it would have no place, or saving
+                failed.
         """
         with self._changing() as marks:
-            new = _checked(replace(_require(marks, name), **changes))
+            new = _checked(replace(_require(marks, name), **changes), 409)
             if new.name != name:
                 _require_free(marks, new.name)
             del marks[name]
@@ -137,13 +138,19 @@ class MarkList:
                 raise _not_kept("written", error) from error
 
 
-def _checked(mark: UserMark) -> UserMark:
+def _checked(mark: UserMark, without_place: int) -> UserMark:
+    """The mark as it is kept.
+
+    Args:
+        without_place: Status of the problem: 422 if the request is wrong by itself, 409 if it does not fit
+            the mark as it is.
+    """
     mark = replace(mark, name=mark.name.strip())
     if not mark.name or mark.name != printable(mark.name):
         raise Problem(422, "name: a mark needs a name, of letters that can be shown", "invalid")
     if mark.pose is None and not mark.on_chassis:
         text = "a place needs a pose: give x and y, or here: true; only a mark of the chassis may have none"
-        raise Problem(422, text, "invalid")
+        raise Problem(without_place, text, "invalid" if without_place == 422 else "mark")
     return mark
 
 

@@ -142,10 +142,31 @@ GoalRequest = Annotated[
 ]
 
 
+_NO_PLACE = {"properties": {name: {"type": "null"} for name in ("x", "y", "yaw", "theta")}}
+_X_AND_Y = {"properties": {name: {"type": "number"} for name in ("x", "y")}, "required": ["x", "y"]}
+
+
+def _one_place(schema: dict[str, Any]) -> None:
+    """Either `here`, or x and y with or without a heading, or none of them."""
+    _one_heading(schema)
+    schema["if"] = {"properties": {"here": {"const": True}}, "required": ["here"]}
+    schema["then"] = _NO_PLACE
+    schema["else"] = {"if": {"properties": {"x": {"type": "number"}}, "required": ["x"]}, "then": _X_AND_Y}
+    schema["else"]["else"] = _NO_PLACE
+
+
+def _some_place(schema: dict[str, Any]) -> None:
+    """As `_one_place`; without any, the mark is one of the chassis's own map."""
+    _one_place(schema)
+    on_chassis = {"on_chassis": {"const": True}}
+    properties = {**_NO_PLACE["properties"], **on_chassis}
+    schema["else"]["else"] = {"properties": properties, "required": [*on_chassis]}
+
+
 class MarkPlace(Request):
     """Where a mark is: where the robot stands now, or at x and y in the map."""
 
-    model_config = ConfigDict(json_schema_extra=_one_heading)
+    model_config = ConfigDict(json_schema_extra=_one_place)
 
     here: Annotated[bool, Field(description="where the robot stands now")] = False
     x: Metres | None = None
@@ -156,13 +177,24 @@ class MarkPlace(Request):
     _with_one_heading = model_validator(mode="after")(_take_theta)
 
 
-NewName = Annotated[str, Field(min_length=1, max_length=100)]
+_SHOWN = r"\p{L}\p{M}\p{N}\p{P}\p{S}"  # what `rosproto.text.printable` leaves as it is, and not blank
+NewName = Annotated[
+    str,
+    Field(
+        min_length=1,
+        max_length=100,
+        description="of letters that can be shown; blanks at its ends are left out",
+        json_schema_extra={"pattern": rf"^[{_SHOWN}\p{{Zs}}]*[{_SHOWN}][{_SHOWN}\p{{Zs}}]*$"},
+    ),
+]
 Note = Annotated[str, Field(max_length=200)]
 _ON_CHASSIS = Field(description="the chassis's own map has a mark of this name; else it is a place")
 
 
 class MarkRequest(MarkPlace):
     """A mark to save. A place of the list needs a pose; a mark of the chassis's own map may have one."""
+
+    model_config = ConfigDict(json_schema_extra=_some_place)
 
     name: NewName
     note: Note = ""

@@ -12,6 +12,7 @@ from fastapi import FastAPI, Request
 
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import problems
+from woosh_pure.web.http_errors import MEDIA_TYPE
 from woosh_pure.web.middleware import needs_token
 
 TEXT = (
@@ -64,7 +65,9 @@ def _complete(operation: dict[str, Any], path: str, method: str, *, secret: bool
         statuses.update(_OF_BODIES)
     if "422" in answers:  # FastAPI describes its default format
         statuses.add(422)
-    answers.update({str(status): answer for status, answer in problems(*statuses).items()})
+    for status, answer in problems(*statuses).items():
+        if MEDIA_TYPE not in answers.get(str(status), {}).get("content", {}):
+            answers[str(status)] = answer
     operation["responses"] = dict(sorted(answers.items()))
     for content in operation.get("requestBody", {}).get("content", {}).values():
         content["schema"] = _without_null(content["schema"])

@@ -42,6 +42,9 @@ from woosh_pure.web.snapshot import lease_part, pose_part
 
 goals = APIRouter(tags=["goals"], responses=PROBLEMS)
 _GOAL_PROBLEMS = problems(409, 501)
+_KEY_USED: dict[int | str, dict[str, Any]] = {
+    422: {**problems(422)[422], "description": "not as described, or another request had this key"}
+}
 CANCEL_SECONDS = 2.0
 """Seconds for which a cancel waits until the robot confirms."""
 _NO_NULL = [Depends(refuse_null)]
@@ -52,7 +55,8 @@ Key = Annotated[
         min_length=1,
         max_length=200,
         description="of your choice, new for each goal: the same request with the same key gets the first "
-        "answer, and nothing moves again. The last 1000 keys are known, until the server ends",
+        "answer, and nothing moves again; another request with it is refused with 422. The last 1000 "
+        "keys are known, until the server ends",
     ),
 ]
 
@@ -61,7 +65,7 @@ Key = Annotated[
     "/goals",
     status_code=201,
     response_model=models.Goal,
-    responses={**CREATED, **_GOAL_PROBLEMS},
+    responses={**CREATED, **_GOAL_PROBLEMS, **_KEY_USED},
     dependencies=[Depends(note_arrival)],
 )
 def create_goal(
