@@ -31,11 +31,13 @@ class NodeClock:
 
     Attributes:
         simulated: True when time comes from /clock.
+        ahead_nsec: Added to this computer's time, for a simulated robot whose clock differs from it.
         closing: Set when the node begins to close; None before `attach`.
     """
 
     def __init__(self) -> None:
         self.simulated = False
+        self.ahead_nsec = 0
         self._condition = threading.Condition()
         self._now = 0  # simulated, nanoseconds
         self._jumps = 0
@@ -69,7 +71,7 @@ class NodeClock:
 
     def now_nsec(self) -> int:
         """Nanoseconds since 1970, or of simulated time."""
-        return self._now if self.simulated else time.time_ns()
+        return self._now if self.simulated else time.time_ns() + self.ahead_nsec
 
     def now(self) -> Time:
         """The present time; 0 in simulated time before the first /clock message."""
@@ -111,7 +113,7 @@ class NodeClock:
     def sleep_until_nsec(self, end: int, stop: threading.Event | None = None) -> bool:
         """As `sleep`, until the time `end` in nanoseconds; `stop` ends it too, within a second."""
         if not self.simulated:
-            return self._sleep_real((end - time.time_ns()) / NSEC, stop)
+            return self._sleep_real((end - self.now_nsec()) / NSEC, stop)
         with self._condition:
             jumps = self._jumps
             self._wait(

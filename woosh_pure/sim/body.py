@@ -147,7 +147,7 @@ class Localization:
 
     def in_map(self, pose: Pose2D) -> Pose2D | None:
         """Convert a pose to the map frame; None for an unknown frame."""
-        frame = pose.frame.lstrip("/")
+        frame = pose.frame
         if frame == "map":
             return pose
         if frame == "base_link":

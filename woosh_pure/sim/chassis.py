@@ -416,6 +416,12 @@ class SimulatedChassis(Simulation):
         """Delay topics, commands, requests and goals by `delay` s each way; 0 ends it."""
         self.network.delay = require_limit(delay, "delay")
 
+    def set_clock(self, ahead: float) -> None:
+        """Set the robot's clock to `ahead` seconds before this computer's time; negative: behind it."""
+        self.clock_ahead = as_float(ahead)
+        for node in self.graph.nodes.values():
+            node.clock.ahead_nsec = round(self.clock_ahead * 1e9)
+
     def crash_node(self, name: str) -> None:
         """Close one of its nodes, as after a crash."""
         if name not in self.graph.nodes:

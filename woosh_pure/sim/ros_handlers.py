@@ -21,9 +21,37 @@ from woosh_pure.sim.tasks import TaskRequest
 from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type, pose_of, stamped_pose
 
+_TF_CACHE, _PLANNER_PATIENCE = 10.0, 5.0  # s; defaults of tf2 and of move_base
+
+
+def _why_refused(messages: list[Any], now: float) -> str:
+    """Why noetic's move_base would not drive to one of these geometry_msgs/PoseStamped; "" if it would.
+
+    Source: move_base.cpp, isQuaternionValid and goalToGlobalFrame; tf2 buffer_core.cpp, validateFrameId.
+
+    Args:
+        messages: For its target; that it is the same for each pose of a path is assumed.
+        now: The robot's time.
+    """
+    for message in messages:
+        q, frame = message.pose.orientation, message.header.frame_id
+        length = q.x**2 + q.y**2 + q.z**2 + q.w**2
+        if not _finite(q.x, q.y, q.z, q.w) or length < 1e-6 or 2.0 * (q.x**2 + q.y**2) / length > 1e-3:
+            return "Aborting on goal because it was sent with an invalid quaternion"
+        if not frame:
+            return "tf2 frame_ids cannot be empty"
+        if frame.startswith("/"):
+            return f"Invalid argument \"{frame}\": tf2 frame_ids cannot start with a '/'"
+        stamp = message.header.stamp.to_sec()
+        if frame != "map" and stamp and not now - _TF_CACHE <= stamp <= now + _PLANNER_PATIENCE:
+            return (
+                f"Lookup would require extrapolation: {frame} is not known at time {stamp:.3f}, now {now:.3f}"
+            )
+    return ""
+
 
 def _poses(messages: Any) -> list[Pose2D]:
-    return [pose_of(m.pose, m.header.frame_id or "map") for m in messages]
+    return [pose_of(m.pose, m.header.frame_id) for m in messages]
 
 
 def _new(type_name: str, **fields: Any) -> Any:
@@ -43,6 +71,7 @@ class Simulation:
         network: Delays and interruptions.
         reply_delay: Seconds by which replies of /exec_task are delayed.
         closing: Whether the simulation ends.
+        clock_ahead: Seconds that the robot's clock is ahead of this computer's.
     """
 
     def __init__(self, world: World, reply_delay: float) -> None:
@@ -51,12 +80,13 @@ class Simulation:
         self.network = Network()
         self.reply_delay = reply_delay
         self.closing = False
+        self.clock_ahead = 0.0
         self._epoch = time.time()
 
     @property
     def now(self) -> float:
-        """Simulated time of day, s since 1970; it jumps ahead if the computer was too busy."""
-        return self._epoch + self.world.time
+        """The robot's time, s since 1970; it jumps ahead if the computer was too busy."""
+        return self._epoch + self.world.time + self.clock_ahead
 
 
 class RosHandlers:
@@ -93,7 +123,7 @@ class RosHandlers:
     def exec_task(self, request: Any) -> dict[str, object]:
         """/exec_task."""
         with self._sim.lock:
-            way = self._in_map(_poses(request.poses))
+            way = self._in_map(request.poses)
             reply = self._world.tasks.request(
                 TaskRequest(
                     TaskCommand(request.task_exect),
@@ -155,16 +185,23 @@ class RosHandlers:
 
     def make_plan(self, request: Any) -> dict[str, object]:
         """/move_base/make_plan."""
-        start, goal = _poses([request.start])[0], _poses([request.goal])[0]
         plan = message_type("nav_msgs/Path")()
         with self._sim.lock:
-            ends = self._in_map([start, goal]) if _finite(request.tolerance) else None
+            if not request.start.header.frame_id:  # as move_base: from where the robot is
+                request.start = stamped_pose(self._world.believed_pose)
+            # The planner takes poses of the map only (navfn_ros.cpp, makePlan).
+            frames = {request.start.header.frame_id, request.goal.header.frame_id}
+            known = frames == {"map"} and _finite(request.tolerance)
+            ends = self._in_map([request.start, request.goal]) if known else None
             path = None if ends is None else self._world.plan(ends[0], ends[1], max(0.0, request.tolerance))
             fill_plan(path or [], plan, self._sim.now)
         return {"plan": plan}
 
-    def _in_map(self, poses: list[Pose2D]) -> list[Pose2D] | None:
+    def _in_map(self, messages: list[Any]) -> list[Pose2D] | None:
         """The poses in the map; None if one cannot be converted. Called with the world locked."""
+        poses = _poses(messages)
+        if _why_refused(messages, self._sim.now):
+            return None
         if not all(_finite(pose.x, pose.y, pose.yaw) for pose in poses):
             return None
         found = [self._world.localization.in_map(pose) for pose in poses]
@@ -189,12 +226,14 @@ class RosHandlers:
 
     def move_base(self, goal: Any) -> None:
         """/move_base."""
-        target, path = _poses([goal.goal.target_pose])[0], _poses(goal.goal.poses)
+        target, path = goal.goal.target_pose, goal.goal.poses
         with self._sim.lock:
+            refused = _why_refused([target, *path], self._sim.now)
             way = self._in_map(path or [target])
-        if way is None:
-            frames = ", ".join(sorted({pose.frame for pose in (target, *path)}))
-            goal.abort(text=f"a pose is not finite, or there is no transform from {frames} to map")
+        if refused or way is None:
+            frames = ", ".join(sorted({pose.header.frame_id for pose in (target, *path)}))
+            unknown = f"a pose is not finite, or there is no transform from {frames} to map"
+            goal.abort(text=refused or unknown)
             return
         with self._sim.lock:
             motion = self._world.navigate(

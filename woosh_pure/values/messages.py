@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from typing import Any
 
 import rosproto
@@ -29,14 +28,6 @@ _LARGEST = 3.4e38
 
 def _new(name: str) -> Any:
     return message_type(name)()
-
-
-def set_now(header: Any, frame: str) -> None:
-    """Fill a header: this computer's time, `frame`."""
-    header.frame_id = frame
-    seconds = time.time()
-    header.stamp.secs = int(seconds)
-    header.stamp.nsecs = int((seconds % 1.0) * 1e9)
 
 
 def require_finite(value: Any, what: str) -> Any:
@@ -75,21 +66,24 @@ def pose_message(pose: Pose2D) -> Any:
 
 
 def stamped_pose(pose: Pose2D) -> Any:
-    """geometry_msgs/PoseStamped in the pose's frame, stamped now."""
+    """geometry_msgs/PoseStamped in the pose's frame, with stamp zero.
+
+    The robot takes the newest transform for it. At a time of this computer's clock it may have none.
+    """
     message = _new("geometry_msgs/PoseStamped")
-    set_now(message.header, pose.frame)
+    message.header.frame_id = pose.frame.lstrip("/")  # tf2 refuses one that begins with a slash
     message.pose = pose_message(pose)
     return message
 
 
 def pose_with_covariance(pose: Pose2D, *, position_deviation: float, yaw_deviation: float) -> Any:
-    """geometry_msgs/PoseWithCovarianceStamped; deviations (1 sigma) in m and rad."""
+    """geometry_msgs/PoseWithCovarianceStamped with stamp zero; deviations (1 sigma) in m and rad."""
     position_deviation, yaw_deviation = as_float(position_deviation), as_float(yaw_deviation)
     for value in (position_deviation, yaw_deviation):
         if not (math.isfinite(value) and value > 0.0):
             raise ValueError(say("deviation {value}: must be a positive number (m, rad)", value=value))
     message = _new("geometry_msgs/PoseWithCovarianceStamped")
-    set_now(message.header, pose.frame)
+    message.header.frame_id = pose.frame.lstrip("/")  # tf2 refuses one that begins with a slash
     message.pose.pose = pose_message(pose)
     covariance = [0.0] * 36
     covariance[0] = covariance[7] = position_deviation**2

@@ -45,6 +45,7 @@ FAULTS: dict[str, Callable[..., object]] = {
     "slow:SECONDS": lambda sim, s: sim.slow_network(to_float(s)),
     "silent:SECONDS": lambda sim, s: sim.fall_silent(to_float(s)),
     "drop:SECONDS": lambda sim, s: sim.drop_link(to_float(s)),
+    "clock:SECONDS": lambda sim, s: sim.set_clock(to_float(s)),
     "restart-master": lambda sim: sim.restart_master(),
     "crash:NODE": lambda sim, node: sim.crash_node(node),
     "compete:X:Y": lambda sim, x, y: sim.compete(to_float(x), to_float(y)),
