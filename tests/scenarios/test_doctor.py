@@ -144,9 +144,12 @@ def test_a_silent_topic_and_a_competitor():
 
 def test_a_clock_that_is_off():
     with SimulatedChassis(full_graph=False) as sim:
-        sim._epoch += 100.0
-        told = re.search(r"clock is ([\d.]+) s ahead", findings(sim.master_uri)["clock"][0].text)
+        sim.set_clock(100.0)
+        found = findings(sim.master_uri)["clock"][0]
+    told = re.search(r"clock is ([\d.]+) s ahead", found.text)
     assert told is not None
+    assert found.level is Level.WARNING
+    assert "our goals carry no stamp" in found.advice
     assert 95.0 < float(told[1]) < 101.0  # 100 s, less what a message may be late on a busy computer
 
 

@@ -280,7 +280,12 @@ def _clock(feeds: list[Feed[object]]) -> Iterator[Finding]:
     else:
         text = say("the robot's clock is {time:.2f} s behind ours", time=-offset)
     if abs(offset) > 1.0:
-        advice = "ages here use our own clock and are right; set the clocks if you use the stamps"
+        advice = (
+            "our goals carry no stamp and ages use our own clock, so driving works; but of a ROS program "
+            "that stamps its goals itself, as rospy's do, goals stamped before the last one are dropped, and "
+            "while its clock is ahead of the robot's it shuts out everybody else: set the clocks if you run "
+            "one, or use the stamps"
+        )
         yield warn("clock", text, advice)
     else:
         yield ok("clock", text)

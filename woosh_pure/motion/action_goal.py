@@ -34,6 +34,10 @@ _TURN = 10.0  # seconds; a pause waits five for its answer
 
 # actionlib_msgs/GoalStatus
 _SUCCEEDED, _PREEMPTED, _ABORTED, _REJECTED, _RECALLED = 3, 2, 4, 5, 8
+_NOT_BEGUN = (
+    "the robot did not begin it: a newer goal came, or the last goal was from a program whose clock is "
+    "ahead of the robot's, which then takes no goal until its clock has passed that one's stamp"
+)
 
 
 class ActionHandle(GoalHandle[Any]):
@@ -191,6 +195,8 @@ class ActionHandle(GoalHandle[Any]):
             self._succeeded(text, result)
         elif status in (_PREEMPTED, _RECALLED):
             kind = OutcomeKind.CANCELLED if self._motion.asked else OutcomeKind.REPLACED
+            if status == _RECALLED and kind is OutcomeKind.REPLACED:
+                text = both(text, say(_NOT_BEGUN)) if text else say(_NOT_BEGUN)
             self._motion.finish(kind, text, status)
         elif status == _REJECTED:
             self._motion.finish(OutcomeKind.REJECTED, self._reason(text), status)
