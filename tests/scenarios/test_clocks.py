@@ -43,7 +43,7 @@ def a_laptop(uri: str, ahead: float) -> Remote:
 
 
 @pytest.mark.slow
-@pytest.mark.promise("goals of two computers whose clocks differ")
+@pytest.mark.promise("this computer's clock differs from the robot's")
 def test_laptops_with_clocks_behind_and_ahead_drive_in_turn(robot: SimulatedChassis) -> None:
     """And the robot's own client; each short goal arrives, by each kind of goal."""
     laptops = [a_laptop(robot.master_uri, ahead) for ahead in (*OFFSETS, 0.0)]
