@@ -20,7 +20,7 @@ from tests.support.ros_process import require
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-__all__ = ["DESKTOP", "PHONE", "chromium", "each_appearance", "opened", "person"]
+__all__ = ["DESKTOP", "PHONE", "chromium", "chromium_program", "each_appearance", "opened", "person"]
 
 PHONE, DESKTOP = (390, 844), (1280, 800)
 
@@ -39,6 +39,11 @@ each_appearance = pytest.mark.parametrize(
 def chromium() -> str:
     """Return the program; skip the running test if it, or its driver, is not installed."""
     require(find_spec("playwright") is not None, "playwright is not installed (pip install playwright)")
+    return chromium_program()
+
+
+def chromium_program() -> str:
+    """Return the program; skip the running test if it is not installed."""
     names = ("chromium", "chromium-browser", "google-chrome")
     found = os.environ.get("WOOSH_CHROMIUM") or next(filter(None, map(shutil.which, names)), None)
     require(found is not None, "no Chromium: neither $WOOSH_CHROMIUM nor chromium in PATH")

@@ -215,11 +215,11 @@ def firefox(folder: Path) -> Iterator[Engine]:
         'user_pref("browser.safebrowsing.update.enabled", false);\n'
         'user_pref("remote.active-protocols", 1);\n'
     )
-    with _running(
+    with running(
         [found, "--headless", "--no-remote", "--profile", str(profile), "--remote-debugging-port", "0"],
         folder,
     ) as lines:
-        address = _said(lines, r"WebDriver BiDi listening on (ws://\S+)")
+        address = said(lines, r"WebDriver BiDi listening on (ws://\S+)")
         with connect(f"{address}/session", max_size=None, open_timeout=START_SECONDS, proxy=None) as line:
             yield _Bidi(line)
 
@@ -317,12 +317,12 @@ def webkit(folder: Path) -> Iterator[Engine]:
     )
     with ExitStack() as stack:
         lines = stack.enter_context(
-            _running([screen, "-displayfd", "1", "-screen", "0", "1600x1200x24", "-nolisten", "tcp"], folder)
+            running([screen, "-displayfd", "1", "-screen", "0", "1600x1200x24", "-nolisten", "tcp"], folder)
         )
-        display = _said(lines, r"^(\d+)$")
+        display = said(lines, r"^(\d+)$")
         port = free_port()
         lines = stack.enter_context(
-            _running([driver, f"--port={port}"], folder, DISPLAY=f":{display}", LIBGL_ALWAYS_SOFTWARE="1")
+            running([driver, f"--port={port}"], folder, DISPLAY=f":{display}", LIBGL_ALWAYS_SOFTWARE="1")
         )
         _listening(port)
         browser = _Classic(port, browsers[0], lines.seen)
@@ -349,7 +349,7 @@ class _Lines:
         self.coming.put(line)
 
 
-def _said(lines: _Lines, pattern: str) -> str:
+def said(lines: _Lines, pattern: str) -> str:
     deadline = time.monotonic() + START_SECONDS
     while True:
         try:
@@ -370,7 +370,7 @@ def _listening(port: int) -> None:
 
 
 @contextmanager
-def _running(command: list[str], home: Path, **environment: str) -> Iterator[_Lines]:
+def running(command: list[str], home: Path, **environment: str) -> Iterator[_Lines]:
     """Run a program with a temporary home; end it at the end, by force if necessary."""
     inherited = {name: value for name, value in os.environ.items() if "proxy" not in name.lower()}
     folders = {"HOME": home, "XDG_CONFIG_HOME": home / ".config", "XDG_RUNTIME_DIR": home}

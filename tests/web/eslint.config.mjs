@@ -7,6 +7,8 @@ const browser = [
   "location", "matchMedia", "navigator", "performance", "requestAnimationFrame", "sessionStorage", "setInterval", "setTimeout", "clearTimeout",
 ];
 
+const node = ["Event", "EventTarget"]; // of tests only
+
 export default [
   {
     files: ["**/*.js", "**/*.mjs"],
@@ -43,5 +45,9 @@ export default [
       "prefer-const": "error",
       "require-await": "error",
     },
+  },
+  {
+    files: ["tests/**/*.mjs"],
+    languageOptions: { globals: Object.fromEntries(node.map((name) => [name, "readonly"])) },
   },
 ];

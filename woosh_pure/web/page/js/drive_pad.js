@@ -1,47 +1,71 @@
-// The pad for driving: hold and drag. Reports x right, y up, -1..1, and the reason of its release.
+// The pad for driving: hold and drag. A control of a Hold.
 //
 // Positions are relative to the pad's place at the press. Moving or resizing a held pad ends the drive.
 
 import { el } from "./dom.js";
+import { fromStick } from "./steering.js";
 
 const STILL = 0.5; // pixels, or percent of zoom
 
 export class DrivePad {
-  // told: press(x, y), steer(x, y), release(), taken(), moved()
-  constructor(told) {
-    this.told = told;
+  constructor(hold) {
+    this.hold = hold;
     this.pointer = null;
-    this.began = null; // the view at the press; null once the pad has moved
     this.knob = el("span", { class: "knob" });
     this.root = el("div", { class: "pad" }, el("span", { class: "cross" }), this.knob);
     const { root } = this;
     root.addEventListener("pointerdown", (event) => this.down(event));
-    root.addEventListener("pointermove", (event) => {
-      if (event.pointerId === this.pointer && this.stays()) this.told.steer(...this.where(event));
-    });
-    root.addEventListener("pointerup", (event) => this.up(event, "release"));
-    root.addEventListener("pointercancel", (event) => this.up(event, "taken"));
-    root.addEventListener("lostpointercapture", (event) => this.up(event, "taken"));
+    root.addEventListener("pointermove", (event) => this.move(event));
+    root.addEventListener("pointerup", (event) => this.up(event));
+    root.addEventListener("pointercancel", (event) => this.taken(event));
+    root.addEventListener("lostpointercapture", (event) => this.taken(event));
     root.addEventListener("contextmenu", (event) => event.preventDefault());
   }
 
+  owns(event) {
+    return event.pointerId === this.pointer;
+  }
+
   down(event) {
-    if (this.pointer !== null || (event.pointerType === "mouse" && event.button !== 0)) return;
+    if (this.pointer !== null) {
+      this.hold.end("other"); // a second finger, or the pointer-up was not seen
+      return;
+    }
+    if (event.pointerType === "mouse" && event.button !== 0) return;
     event.preventDefault();
-    this.pointer = event.pointerId;
     this.box = this.root.getBoundingClientRect();
+    if (!this.hold.press(this, this.command(event))) return;
+    this.pointer = event.pointerId;
     this.began = this.view();
     this.root.setPointerCapture(event.pointerId);
     this.root.classList.add("held");
-    this.told.press(...this.where(event));
+    this.place(event);
   }
 
-  up(event, why) {
-    if (event.pointerId !== this.pointer) return;
+  // Neither a button that goes down nor one that comes up has an event of its own while another is held.
+  move(event) {
+    if (!this.owns(event)) return;
+    if (event.pointerType !== "touch" && event.buttons !== 1) this.hold.end("other");
+    else if (this.stays()) {
+      this.hold.steer(this, this.command(event));
+      this.place(event);
+    }
+  }
+
+  up(event) {
+    if (!this.owns(event)) return;
+    this.hold.release(this);
+    this.forget();
+  }
+
+  taken(event) {
+    if (this.owns(event)) this.hold.end("taken");
+  }
+
+  forget() {
     this.pointer = null;
     this.root.classList.remove("held");
-    this.place(0, 0);
-    this.told[why]();
+    this.knob.style.transform = "";
   }
 
   // The pad's place, and the page's zoom.
@@ -51,29 +75,31 @@ export class DrivePad {
     return [left, top, width, height, innerWidth, innerHeight, offsetLeft, offsetTop, 100 * scale, 100 * devicePixelRatio];
   }
 
-  // Whether the pad is still in its place. Also called before each beat. Reports a move once.
+  // Whether the pad is still in its place. Also called before each beat.
   stays() {
     if (this.pointer === null) return true;
-    if (this.began === null) return false;
     const now = this.view();
     if (this.began.every((value, i) => Math.abs(value - now[i]) <= STILL)) return true;
-    this.began = null;
-    this.told.moved();
+    this.hold.end("moved");
     return false;
   }
 
-  where(event) {
-    const { box } = this;
-    const radius = box.width / 2;
-    let x = (event.clientX - box.left - radius) / (0.75 * radius);
-    let y = -(event.clientY - box.top - radius) / (0.75 * radius);
-    const length = Math.hypot(x, y);
-    if (length > 1) [x, y] = [x / length, y / length];
-    this.place(x, y);
-    return [x, y];
+  command(event) {
+    return fromStick(...this.stick(event), this.hold.limits());
   }
 
-  place(x, y) {
+  // x right, y up, -1..1
+  stick(event) {
+    const { box } = this;
+    const radius = box.width / 2;
+    const x = (event.clientX - box.left - radius) / (0.75 * radius);
+    const y = -(event.clientY - box.top - radius) / (0.75 * radius);
+    const length = Math.max(1, Math.hypot(x, y));
+    return [x / length, y / length];
+  }
+
+  place(event) {
+    const [x, y] = this.stick(event);
     this.knob.style.transform = `translate(${Math.round(x * 70)}px, ${Math.round(-y * 70)}px)`;
   }
 }

@@ -1,13 +1,13 @@
 // The tab Drive: by pad, keys or gamepad, if the server allows it and the warning was confirmed. Heartbeats are sent only
-// while a control is held. Hiding, leaving or freezing the page ends the drive, and only a new press begins another.
+// while a control is held.
 
 import { button, byId, el, fill, say } from "./dom.js";
 import { BEAT_SECONDS, Heartbeat } from "./heartbeat.js";
 import { number, onLanguage, t } from "./i18n.js";
-import { fromKeys, Gamepad, Keys } from "./keys_and_gamepad.js";
+import { Hold } from "./hold.js";
+import { Gamepad, Keys } from "./keys_and_gamepad.js";
 import { seconds } from "./live_connection.js";
 import { DrivePad } from "./drive_pad.js";
-import { fromStick } from "./steering.js";
 import { toast } from "./toast.js";
 import { warning } from "./driving_warning.js";
 import { causeText, kindText } from "./reason_words.js";
@@ -18,7 +18,7 @@ const REASONS = {
   over: "ended", "not connected": "lost", "not allowed": "off", "not confirmed": "unconfirmed",
   released: "again", "pressed twice": "again", "not a new press": "again", "let go meanwhile": "again",
 };
-const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken", "moved"]);
+const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken", "moved", "other", "unseen"]);
 const whyText = (why) => (OWN.has(why) ? t(`drive.${why}`) : why).replace(/[.。]$/, "");
 
 export class DriveTab {
@@ -26,22 +26,26 @@ export class DriveTab {
     Object.assign(this, { store, link, lease, leaseBox });
     this.on = false;
     this.speed = 0.5;
-    this.heartbeat = new Heartbeat({ send: (message) => link.send(message), now: seconds, buffered: () => link.buffered });
     this.note = ""; // reason of the last end, until the next press
-    this.heartbeat.onchange = (state, reason) => {
-      if (state !== "idle") this.note = reason;
-      this.show();
-    };
+    this.heartbeat = new Heartbeat({ send: (message) => link.send(message), now: seconds, buffered: () => link.buffered });
+    this.hold = new Hold({
+      heartbeat: this.heartbeat, ready: () => this.ready(), limits: () => this.limits,
+      changed: (state, reason) => {
+        if (state !== "idle") this.note = reason;
+        this.show();
+      },
+    });
+    this.pad = new DrivePad(this.hold);
+    this.keys = new Keys(this.hold, () => this.on && store.get("tab") === "drive");
+    this.gamepad = new Gamepad(this.hold);
     this.build();
-    this.inputs();
-    this.leave();
     store.on("drive", (message) => this.told(message));
     store.on("hello", () => this.switch(false)); // a new session needs a new confirmation
-    store.on("link", (state) => state !== "open" && this.end("lost"));
-    store.on("lost", (lost) => lost && this.end("lost"));
-    store.on("stopping", () => this.end("stopped"));
-    store.on("lease", (now) => !now?.yours && this.end("unleased"));
-    store.on("tab", (tab) => tab !== "drive" && this.end("hidden"));
+    store.on("link", (state) => state !== "open" && this.hold.end("lost"));
+    store.on("lost", (lost) => lost && this.hold.end("lost"));
+    store.on("stopping", () => this.hold.end("stopped"));
+    store.on("lease", (now) => !now?.yours && this.hold.end("unleased"));
+    store.on("tab", (tab) => tab !== "drive" && this.hold.end("hidden"));
     onLanguage(() => this.render());
     setInterval(() => this.beat(), BEAT_SECONDS * 1000);
   }
@@ -52,13 +56,6 @@ export class DriveTab {
   }
 
   build() {
-    this.pad = new DrivePad({
-      press: (x, y) => this.press(fromStick(x, y, this.limits)),
-      steer: (x, y) => this.steer(fromStick(x, y, this.limits)),
-      release: () => this.heartbeat.release(),
-      taken: () => this.taken(),
-      moved: () => this.end("moved"),
-    });
     this.status = el("p", { class: "drivestate", role: "status" });
     this.slider = el("input", {
       type: "range", min: "0.2", max: "1", step: "0.1", value: String(this.speed), id: "speed",
@@ -68,63 +65,16 @@ export class DriveTab {
     this.place = byId("pad-row"); // first in the panel: notes appear below it
   }
 
-  inputs() {
-    this.keys = new Keys(() => this.on && this.store.get("tab") === "drive", {
-      press: (codes) => this.press(fromKeys(codes, this.limits)),
-      steer: (codes) => this.steer(fromKeys(codes, this.limits)),
-      release: () => this.heartbeat.release(),
-    });
-    this.gamepad = new Gamepad({
-      press: (command) => this.press(command),
-      steer: (command) => this.steer(command),
-      release: () => this.heartbeat.release(),
-    });
-  }
-
-  // End the drive when the page is hidden, left, frozen or loses the keyboard.
-  leave() {
-    document.addEventListener("visibilitychange", () => document.hidden && this.end("hidden"));
-    addEventListener("pagehide", () => this.end("hidden"));
-    document.addEventListener("freeze", () => this.end("hidden"));
-    addEventListener("blur", () => {
-      this.end("blur");
-      this.letGo(); // no key-up will come
-    });
-    addEventListener("keydown", (event) => event.key === "Escape" && this.end("stopped"));
-  }
-
-  letGo() {
-    this.keys.clear();
-    if (this.pad.pointer === null && !this.gamepad.held) this.heartbeat.release();
-  }
-
-  press(command) {
-    if (!this.on) return;
-    if (!this.lease.yours) {
-      toast(t("drive.needlease"), "bad");
-      return;
-    }
-    this.heartbeat.press(command.vx, command.wz);
-    this.show();
-  }
-
-  steer(command) {
-    this.heartbeat.steer(command.vx, command.wz);
-    this.show();
-  }
-
-  taken() {
-    this.end("taken");
-    this.heartbeat.release(); // released: the next touch is a new press
-  }
-
-  end(reason) {
-    this.heartbeat.end(reason);
+  // Whether a press may drive now.
+  ready() {
+    if (this.on && !this.lease.yours) toast(t("drive.needlease"), "bad");
+    return this.on && this.lease.yours;
   }
 
   beat() {
-    if (this.on && this.store.get("tab") === "drive" && !document.hidden) this.gamepad.poll(this.limits);
+    if (this.on && this.store.get("tab") === "drive" && !document.hidden) this.gamepad.poll();
     this.pad.stays();
+    this.keys.check(seconds());
     this.heartbeat.tick();
   }
 
@@ -155,7 +105,7 @@ export class DriveTab {
   }
 
   switch(on) {
-    if (!on) this.end("hidden");
+    if (!on) this.hold.end("hidden");
     this.on = on;
     this.render();
   }

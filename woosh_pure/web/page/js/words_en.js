@@ -235,6 +235,8 @@ export const en = {
   "drive.lost": "the connection broke",
   "drive.moved": "the pad moved on the screen",
   "drive.taken": "the touch was taken away",
+  "drive.other": "something else was pressed, touched or opened",
+  "drive.unseen": "whether the key is still held is not known any more",
   "drive.stopped": "STOP was pressed",
   "drive.unleased": "control went to somebody else",
   "drive.silent": "the server heard nothing of this page for a moment",

@@ -235,6 +235,8 @@ export const zh = {
   "drive.lost": "连接断了",
   "drive.moved": "触摸盘在屏幕上移动了",
   "drive.taken": "触摸被打断",
+  "drive.other": "期间按下、触摸或打开了别的内容",
+  "drive.unseen": "已无法确认按键是否仍被按住",
   "drive.stopped": "按了停止",
   "drive.unleased": "控制权已交给别人",
   "drive.silent": "服务器有一瞬间没有收到本页面的消息",
