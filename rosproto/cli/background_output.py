@@ -14,6 +14,7 @@ may use them again.
 from __future__ import annotations
 
 import codecs
+import errno
 import io
 import os
 import sys
@@ -24,7 +25,7 @@ from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Any
 
-from .console import OutputError
+from .console import OutputError, TerminalGone
 from .signals import Terminated
 
 MOST = 500
@@ -55,6 +56,7 @@ class BackgroundOutput:
         self.waits = waits
         self.dropped = 0
         self._stream = stream
+        self._is_terminal = stream.isatty()
         # The unbuffered file has no lock. A blocked write would hold a buffer's lock for ever, and the
         # interpreter acquires it at exit.
         self._file: Any = getattr(stream.buffer, "raw", stream.buffer)
@@ -145,7 +147,8 @@ class BackgroundOutput:
             try:
                 count = self._file.write(rest)
             except OSError as error:
-                self._error = error
+                gone = error.errno == errno.EIO and self._is_terminal
+                self._error = TerminalGone(*error.args) if gone else error
             except ValueError:  # closed by the program
                 self._error = OSError("the stream is closed")
             else:

@@ -108,6 +108,12 @@ class OutputError(OSError):
         return cls(error.errno, error.strerror or str(error))
 
 
+class TerminalGone(OutputError):
+    """The terminal was closed (EIO). SIGHUP says so, too, but may come later than the failed write, or not at
+    all: only the programs of the terminal's session get it.
+    """
+
+
 class EscapingStream:
     """A text stream that escapes control characters; other attributes are the stream's."""
 

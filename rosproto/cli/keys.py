@@ -1,18 +1,21 @@
 """Single keys from a terminal, on POSIX (termios) and Windows (msvcrt); the terminal is restored, always.
 
-Keys have names: "up", "down", "left", "right", "escape", "end" (the input has ended), "other" (a key without
-a name here), and printable ones are themselves, in lower case.
+Keys have names: "up", "down", "left", "right", "escape", "other" (a key without a name here), and printable
+ones are themselves, in lower case.
 """
 
 from __future__ import annotations
 
+import errno
 import os
 import select
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, Protocol
+
+from .console import TerminalGone
 
 _SEQUENCES = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _WINDOWS = {"H": "up", "P": "down", "M": "right", "K": "left"}
@@ -24,7 +27,11 @@ class Keys(Protocol):
     """A source of keys."""
 
     def read(self, timeout: float) -> list[str]:
-        """Return all pending keys, oldest first; wait up to `timeout` s for the first."""
+        """Return all pending keys, oldest first; wait up to `timeout` s for the first.
+
+        Raises:
+            TerminalGone: The terminal was closed.
+        """
 
 
 class KeyDecoder:
@@ -92,12 +99,21 @@ class _PosixKeys:
             return []
         keys: list[str] = []
         while True:
-            data = os.read(self._descriptor, 1024)
-            if not data:
-                return [*keys, *self._decoder.flush(), "end"]
+            data = self._bytes()
             keys += self._decoder.feed(data)
             if not self._ready(_ESCAPE_PATIENCE if self._decoder.pending else 0.0):
                 return keys + self._decoder.flush()
+
+    def _bytes(self) -> bytes:
+        try:
+            data = os.read(self._descriptor, 1024)
+        except OSError as error:
+            if error.errno != errno.EIO:
+                raise
+            data = b""
+        if not data:  # Ctrl-D is a key like the others here
+            raise TerminalGone(errno.EIO, os.strerror(errno.EIO))
+        return data
 
     def _ready(self, timeout: float) -> bool:
         return bool(select.select([self._descriptor], [], [], max(0.0, timeout))[0])
@@ -168,6 +184,7 @@ def open_keys(*, driving: bool = True) -> Iterator[Keys]:
             termios.tcsetattr(descriptor, termios.TCSANOW, mode)
         yield _PosixKeys(descriptor)
     finally:
-        if driving:
-            termios.tcflush(descriptor, termios.TCIFLUSH)
-        termios.tcsetattr(descriptor, termios.TCSANOW, before)
+        with suppress(termios.error):  # the terminal was closed
+            if driving:
+                termios.tcflush(descriptor, termios.TCIFLUSH)
+            termios.tcsetattr(descriptor, termios.TCSANOW, before)

@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from typing import NamedTuple
 
 from .background_output import everything_is_written, hurry, in_background
-from .console import as_typed, escape_what_cannot_be_printed, guarded
+from .console import TerminalGone, as_typed, escape_what_cannot_be_printed, guarded
 from .exit_codes import DONE, INTERRUPTED, TERMINATED, WRONG_USE, explain, output_is_gone
 from .signals import Terminated, linger_when_closed, signals_unwind
 
@@ -73,7 +73,7 @@ def _ended(task: Task) -> int:
     except KeyboardInterrupt:
         hurry()
         text, code = "interrupted", INTERRUPTED
-    except Terminated:
+    except (Terminated, TerminalGone):
         hurry()
         text, code = "terminated", TERMINATED
     except BrokenPipeError:

@@ -14,7 +14,7 @@ if sys.platform == "win32":
     pytest.skip("needs a pseudo-terminal", allow_module_level=True)
 
 from rosproto import Node
-from tests.support.terminal import Terminal
+from tests.support.terminal import ELSEWHERE, LAUNCH, Terminal
 from woosh_pure.geometry import Pose2D
 
 pytestmark = pytest.mark.whole
@@ -373,6 +373,27 @@ def test_ctrl_c_and_signals_stop_the_robot_and_restore_the_terminal(slow, end, c
         assert terminal.restored
         assert "stands still" in terminal.text
         assert "Traceback" not in terminal.text
+
+
+@pytest.mark.promise("SIGQUIT (Ctrl-\\\\) or SIGHUP to a `woosh` command, or the end of its terminal")
+@pytest.mark.parametrize("launch", [LAUNCH, ELSEWHERE], ids=["with SIGHUP", "by EIO alone"])
+@pytest.mark.parametrize("verb", ["drive", "goto", "watch"])
+def test_a_closed_terminal_stops_the_robot_and_ends_the_command_with_143(slow, until, verb, launch):
+    """Whether the signal or the failed write comes first, or no signal at all: a program of another session gets none."""
+    words = {"drive": ACKNOWLEDGED, "goto": ("A1",), "watch": ()}[verb]
+    with Terminal(
+        verb, "--master", slow.master_uri, *words, columns=120, launch=(sys.executable, "-c", launch)
+    ) as terminal:
+        if verb == "drive":
+            terminal.wait_for("sent +0.00")
+            hold(terminal, UP, slow, lambda: wanted(slow) > 0.05)
+        elif verb == "goto":
+            until(lambda: not standing(slow))
+        else:
+            terminal.wait_for("attery")
+        terminal.hang_up()
+        assert terminal.process.wait(30) == 143
+        until(lambda: standing(slow))
 
 
 def test_ctrl_z_does_not_put_a_driving_program_to_sleep(slow, until):

@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-__all__ = ["Screen", "Terminal"]
+__all__ = ["ELSEWHERE", "LAUNCH", "Screen", "Terminal"]
 
 ROOT = Path(__file__).resolve().parents[2]
 SEQUENCE = re.compile(r"\x1b\[(?P<private>\??)(?P<numbers>[\d;]*)(?P<final>[A-Za-z])")
@@ -27,6 +27,9 @@ LAUNCH = (
     "import fcntl, runpy, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); "
     "module = sys.argv[1]; sys.argv = sys.argv[1:]; runpy.run_module(module, run_name='__main__')"
 )
+
+ELSEWHERE = "import runpy, sys; module = sys.argv[1]; sys.argv = sys.argv[1:]; runpy.run_module(module, run_name='__main__')"
+"""The same for a program of another session: the terminal sends it no signal."""
 
 
 class Screen:
@@ -191,10 +194,15 @@ class Terminal:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGKILL)
         self.process.wait(10)
+        if not self._over.is_set():
+            self.hang_up()
+        os.close(self._slave)
+
+    def hang_up(self) -> None:
+        """Close the terminal's window."""
         self._over.set()
         self._thread.join(5)
         os.close(self._master)
-        os.close(self._slave)
 
     def _read(self) -> None:
         while not self._over.is_set():

@@ -175,7 +175,7 @@ _DIRECTIONS = {
     "right": (0.0, -1.0),
     "d": (0.0, -1.0),
 }
-_QUIT = ("q", "escape", "end")
+_QUIT = ("q", "escape")
 _STEPS = (0.25, 0.5, 0.75, 1.0)
 
 

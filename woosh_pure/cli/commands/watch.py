@@ -86,7 +86,7 @@ def _quit_within(keys: Keys | None, period: float) -> bool:
 
     deadline = Deadline(period)
     while rest := deadline.remaining():
-        if any(key in ("q", "escape", "end") for key in keys.read(rest)):
+        if any(key in ("q", "escape") for key in keys.read(rest)):
             return True
     return False
 
