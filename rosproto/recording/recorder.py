@@ -7,6 +7,7 @@ buffer are dropped and counted.
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import re
@@ -45,7 +46,7 @@ class RecorderStats:
         bytes: Bytes in the files.
         waiting_bytes: Bytes received and not written yet.
         topics: Number of topics subscribed.
-        seconds: Seconds since the start.
+        seconds: Seconds since the start, until it has finished.
         path: The bag being written.
     """
 
@@ -163,6 +164,7 @@ class Recorder:
         self._subscribers: dict[str, Subscriber] = {}
         self._counts: dict[str, int] = {}
         self._began = time.monotonic()
+        self._over: float | None = None
         self._flushed = self._looked = self._began
         self._stopping = threading.Event()
         self._finished = threading.Event()
@@ -239,7 +241,7 @@ class Recorder:
             bytes=self.bytes,
             waiting_bytes=self._buffer.bytes,
             topics=len(self._subscribers),
-            seconds=time.monotonic() - self._began,
+            seconds=(self._over or time.monotonic()) - self._began,
             path=self._series.path,
         )
 
@@ -337,6 +339,7 @@ class Recorder:
         except RosError as problem:
             self._error = problem
         finally:
+            self._over = time.monotonic()
             self._buffer.close()
             try:
                 self._series.close()
@@ -378,7 +381,7 @@ class Recorder:
                 f"{free >> 20} MB are left on the disk, less than the {self._least_free >> 20} that are to "
                 "stay free; the recording has ended, what was received until then is in the bag",
                 path=self._series.path,
-            )
+            ) from OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # as when there is none left
 
     def _announce(self, path: str) -> None:
         """Publish the name of a bag that was begun."""

@@ -70,6 +70,8 @@ class Fake:
         self.needs_token = False
         self.takes_pose: bool | None = True  # None: it says nothing more
         self.goals: list[dict[str, Any]] = []
+        self.recordings: list[dict[str, Any]] = []
+        self.driver: str | None = None
         self.calls: list[tuple[str, str, Any]] = []
         self.heard: list[dict[str, Any]] = []
         self.looks: dict[str, Any] = {}
@@ -100,7 +102,7 @@ class Fake:
         return {
             "t": "state", "status": status, "battery": battery, "odometer": 1234.5,
             "velocity": {"vx": 0.2 * math.sin(time.time()), "vy": 0.0, "wz": 0.1},
-            "readiness": self.ready, "faults": self.faults, "goals": self.goals, "recordings": [],
+            "readiness": self.ready, "faults": self.faults, "goals": self.goals, "recordings": self.recordings, "driver": self.driver,
             "rates": {"pose": 19.8, "scan": 9.9}, "ages": ages,
         }  # fmt: skip
 

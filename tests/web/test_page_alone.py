@@ -268,6 +268,74 @@ def test_why_it_would_not_move_and_what_to_do(browser: Browser, served: tuple[Fa
         assert "怎么办" in page.inner_text("#tab-health")
 
 
+def test_start_is_offered_again_when_the_emergency_stop_is_released(
+    browser: Browser, served: tuple[Fake, str]
+) -> None:
+    """The open question says why there is no Start now, and follows the robot; correcting the position moves nothing."""
+    fake, url = served
+    reason = {"key": "emergency_stop", "text": "pressed", "values": {}, "blocking": True, "doubt": False}
+    with person(browser, url) as page:
+        page.click(".markrow >> text=A1")
+        assert not page.is_disabled("#confirm button[type=submit]")
+        fake.ready = {"answer": "no", "text": "", "reasons": [reason]}
+        page.wait_for_selector("#confirm .why >> text=It would not move now: The emergency stop is pressed.")
+        assert page.is_disabled("#confirm button[type=submit]")
+        page.click("#choose-pose")
+        assert not page.is_disabled("#confirm button[type=submit]")
+        page.click("#charge")
+        assert page.is_disabled("#confirm button[type=submit]")
+        fake.ready = {"answer": "yes", "text": "", "reasons": []}
+        page.wait_for_selector("#confirm .why", state="hidden")
+        assert not page.is_disabled("#confirm button[type=submit]")
+        assert fake.calls == []
+
+
+def test_driving_by_hand_is_said_to_who_drives_and_to_who_watches(
+    browser: Browser, served: tuple[Fake, str]
+) -> None:
+    """To the robot a velocity is nothing to do: it calls itself idle."""
+    fake, url = served
+    with person(browser, url) as one, person(browser, url, PHONE, language="zh-CN") as two:
+        one.wait_for_selector("#state >> text=Idle")
+        fake.driver = "page 1"
+        one.wait_for_selector("#state >> text=Driven by hand")
+        two.wait_for_selector("#state >> text=手动驾驶中")
+        one.click("#tabbutton-health")
+        one.wait_for_selector("#tab-health >> text=Driven by hand")
+        fake.driver = None
+        one.wait_for_selector("#state >> text=Idle")
+
+
+def test_a_recording_that_the_server_ended_for_want_of_disk_does_not_look_like_the_others(
+    browser: Browser, served: tuple[Fake, str]
+) -> None:
+    """Who watches is told at once; the list says it for good."""
+    fake, url = served
+    one = {
+        "id": "1",
+        "who": "page 1",
+        "name": "a.bag",
+        "running": True,
+        "end": "",
+        "seconds": 12.0,
+        "bytes": 5000,
+    }
+    fake.recordings = [one]
+    with person(browser, url) as page:
+        page.click("#tabbutton-log")
+        page.wait_for_selector("#record-stop")
+        fake.recordings = [{**one, "running": False, "end": "no-room"}]
+        page.wait_for_selector(".toast.bad >> text=its disk is nearly full")
+        page.wait_for_selector("#recordings .saved.bad >> text=its disk is nearly full")
+        fake.recordings = [
+            {**one, "running": False, "end": "asked"},
+            {**one, "id": "2", "running": False, "end": "limit"},
+        ]
+        page.wait_for_selector("#recordings >> text=Ended at its longest time or largest size. Saved: ")
+        assert page.locator("#recordings .saved").count() == 2
+        assert page.locator("#recordings .saved.bad").count() == 0
+
+
 def test_the_camera_is_asked_for_only_while_it_is_looked_at(
     browser: Browser, served: tuple[Fake, str]
 ) -> None:

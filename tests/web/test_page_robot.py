@@ -196,7 +196,7 @@ NAMES = re.compile(
 
 
 def test_what_a_person_reads_is_chinese_and_begins_with_the_cause(browser: Browser, robot: Robot) -> None:
-    """The emergency stop ends a goal, and refuses the next: no page of the panel has a word of English, or of ours."""
+    """The emergency stop ends a goal, and no other is offered: no page of the panel has a word of English, or of ours."""
     read: list[str] = []
     with person(browser, robot.url, language="zh-CN") as page:
         page.click(".markrow >> text=B1")
@@ -207,8 +207,9 @@ def test_what_a_person_reads_is_chinese_and_begins_with_the_cause(browser: Brows
         assert page.inner_text("#notices").startswith("它现在不会动：急停已按下。")
         assert "它报告了故障" not in page.inner_text("#notices")
         page.click(".markrow >> text=A1")
-        page.click("#confirm button[type=submit]")
-        page.wait_for_selector(".toast.bad >> text=急停已按下。")
+        assert page.inner_text("#confirm .why") == "它现在不会动：急停已按下。"
+        assert page.is_disabled("#confirm button[type=submit]")
+        page.click("#confirm .plain")
         page.click("#stop")
         page.wait_for_selector("#stop-answer >> text=机器人静止了。")
         for tab in ("go", "drive", "health", "log"):
@@ -221,6 +222,19 @@ def test_what_a_person_reads_is_chinese_and_begins_with_the_cause(browser: Brows
         assert not JARGON.search(text), text
         words = re.findall(r"[A-Za-z]{2,}", text)
         assert words == [], text
+
+
+def test_a_lost_localisation_is_a_sentence_above_every_tab(browser: Browser, robot: Robot) -> None:
+    """With what to do about it; it goes when the robot knows its place again."""
+    with person(browser, robot.url, PHONE) as page:
+        page.wait_for_selector("#battery .level", state="attached")
+        robot.sim.lose_localization()
+        for tab in ("drive", "log"):
+            page.click(f"#tabbutton-{tab}")
+            page.wait_for_selector("#notices .notice.bad >> text=It does not know where it is.")
+        assert "Correct its position" in page.inner_text("#notices")
+        robot.reset()
+        page.wait_for_selector("#notices .notice", state="detached")
 
 
 def test_charge(browser: Browser, robot: Robot) -> None:

@@ -447,7 +447,13 @@ class Recording(Answer):
     name: str
     begun: float
     running: bool
-    seconds: float
+    end: Annotated[
+        Literal["", "asked", "limit", "no-room", "not-written"],
+        Field(
+            description="why it ended: by request, at its longest time or size, for want of disk, by an error"
+        ),
+    ]
+    seconds: Annotated[float, Field(description="how long it is, or was")]
     bytes: int
     messages: int
     error: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
 import tempfile
@@ -9,7 +10,7 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from rosproto.errors import BagError, RosError
 from rosproto.logs import get_logger
@@ -22,6 +23,10 @@ from woosh_pure.web.http_errors import Problem
 MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
 NOT_WRITTEN = "the bag cannot be written; the log of the server says why"
 """Answers do not contain paths of this computer."""
+NO_ROOM = "the disk of the server is nearly full; the bag holds what came until then"
+End = Literal["", "asked", "limit", "no-room", "not-written"]
+"""Why a recording ended: "" while it runs; somebody asked; its longest time or largest size was reached; the
+disk is nearly full; the bag cannot be written."""
 _logger = get_logger("woosh_pure.web")
 
 
@@ -52,6 +57,8 @@ class Recording:
         recorder: The recorder that writes it.
         path: Where the bag is once it is finished.
         begun: When it was started, s since 1970.
+        asked: Whether somebody has ended it.
+        logged: Whether the log has the error that ended it.
     """
 
     id: str
@@ -59,30 +66,48 @@ class Recording:
     recorder: Recorder
     path: Path
     begun: float
-    ended: float | None = None
-    error: str = ""
+    asked: bool = False
+    logged: bool = False
 
     @property
     def running(self) -> bool:
         """Whether it is still being recorded."""
-        return self.ended is None and not self.recorder.finished
+        return not self.recorder.finished
+
+    @property
+    def end(self) -> End:
+        """Why it ended."""
+        if self.running:
+            return ""
+        if self.recorder.error is None:
+            return "asked" if self.asked else "limit"
+        cause = self.recorder.error.__cause__
+        full = isinstance(cause, OSError) and cause.errno in (errno.ENOSPC, errno.EDQUOT)
+        return "no-room" if full else "not-written"
+
+    def log_error(self) -> None:
+        """Log once what ended it early."""
+        error = self.recorder.error
+        if error is not None and not self.logged:
+            self.logged = True
+            _logger.error("! recording %s: %s", self.id, error)
 
     def as_json(self) -> dict[str, Any]:
         """The recording as the API sends it."""
-        stats = self.recorder.stats()
-        seconds = stats.seconds if self.ended is None else self.ended - self.begun
+        stats, end = self.recorder.stats(), self.end
         return {
             "id": self.id,
             "who": self.who,
             "name": self.path.name,
             "begun": round(self.begun, 3),
-            "running": self.running,
-            "seconds": round(seconds, 1),
+            "running": end == "",
+            "end": end,
+            "seconds": round(stats.seconds, 1),
             "bytes": stats.bytes,
             "messages": stats.messages,
             "topics": stats.topics,
             "dropped": stats.dropped,
-            "error": self.error,
+            "error": {"no-room": NO_ROOM, "not-written": NOT_WRITTEN}.get(end, ""),
         }
 
 
@@ -154,13 +179,12 @@ class RecordingManager:
             Problem: There is no recording with that number.
         """
         found = self.get(number)
+        found.asked = found.asked or found.running
         try:
             found.recorder.close()
-        except RosError as error:
-            _logger.error("! recording %s: %s", found.id, error)
-            found.error = NOT_WRITTEN
-        if found.ended is None:
-            found.ended = time.time()
+        except RosError:
+            pass  # `end` and `error` tell it
+        found.log_error()
         return found
 
     def remove(self, number: str) -> None:
@@ -193,7 +217,10 @@ class RecordingManager:
     def all(self) -> list[Recording]:
         """Return all recordings, the oldest first."""
         with self._lock:
-            return list(self._all.values())
+            found = list(self._all.values())
+        for one in found:
+            one.log_error()
+        return found
 
     def close(self) -> None:
         """End all recordings; the bags are kept."""

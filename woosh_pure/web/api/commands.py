@@ -362,8 +362,6 @@ def download(recording: str, request: Request) -> FileResponse:
     found = robot_of(request).recordings.get(recording)
     if found.running:
         raise _runs(found)
-    if found.ended is None:
-        found = robot_of(request).recordings.end(recording)
     if not found.path.is_file():
         raise Problem(404, "the bag of recording {id} is not there any more", id=found.id)
     return FileResponse(found.path, filename=found.path.name, media_type="application/octet-stream")

@@ -1,11 +1,12 @@
 // The tab Go: drive to a mark or a place, by a distance or angle, charge, and correct the robot's position.
 
-import { ask, dismiss } from "./confirm.js";
+import { ask, dismiss, recheck } from "./confirm.js";
 import { button, byId, el, fill, show } from "./dom.js";
 import { hint } from "./map_hint.js";
 import { degrees, number, onLanguage, t } from "./i18n.js";
 import { MarkList } from "./mark_list.js";
 import { answerOf, isLost } from "./pose_confirmation.js";
+import { hindrances, whyOf } from "./reason_words.js";
 import { attempt, toast } from "./toast.js";
 
 const KNOWN = "woosh-has-driven";
@@ -33,6 +34,7 @@ export class GoTab {
     this.marks = new MarkList({ store, rest, go: this });
     this.known = remembered(); // no hint for a person who has started a goal before
     map.onmark = (mark) => this.askMark(mark);
+    store.on("readiness lost", recheck);
     store.on("marks", (marks) => show(this.first, marks.length > 0 && !this.known));
     onLanguage(() => this.render());
   }
@@ -71,11 +73,17 @@ export class GoTab {
 
   // -- questions, then goals
 
+  // Why it would not move now, as in the notice above the tabs.
+  hindered() {
+    const [first] = hindrances(this.store);
+    return first ? t("ready.notice", { why: whyOf(first) }) : "";
+  }
+
   confirm(text, body, note = t("go.clear"), more = {}) {
     const replace = Boolean(this.store.get("goal")?.running);
     ask({
       text, note, yes: t(replace ? "go.replace" : "go.start"),
-      onyes: () => this.send({ ...body(), replace }), ...more,
+      onyes: () => this.send({ ...body(), replace }), hindered: () => this.hindered(), ...more,
     });
   }
 

@@ -9,7 +9,7 @@ export class Header {
   constructor({ store, ages, link, tabs }) {
     Object.assign(this, { store, ages, link });
     store.on("hello", (hello) => this.hello(hello));
-    store.on("battery robot faults ages link", () => this.render());
+    store.on("battery robot faults ages link driver", () => this.render());
     byId("fault-chip").onclick = () => tabs.choose("health");
     byId("language").onclick = () => {
       use(current() === "en" ? "zh" : "en");
@@ -45,9 +45,7 @@ export class Header {
 
   render() {
     const { store } = this;
-    const robot = store.get("robot");
-    const nothing = t(store.get("link") === "open" ? "state.undefined" : "top.connecting");
-    say(byId("state"), robot ? word("state", robot.state) : nothing);
+    say(byId("state"), stateText(store) ?? t(store.get("link") === "open" ? "state.undefined" : "top.connecting"));
     this.battery();
     const n = store.get("faults")?.list.length ?? 0;
     const chip = byId("fault-chip");
@@ -106,6 +104,12 @@ export class Header {
 export function pageOf(name, robots, { pathname }) {
   const root = pathname.replace(/(robots\/[^/]+\/)?[^/]*$/, "");
   return name === robots[0] ? root : `${root}robots/${encodeURIComponent(name)}/`;
+}
+
+// What the robot does; null if it has not told. Driving by hand is not a state of the robot: to it a velocity is nothing to do.
+export function stateText(store) {
+  const robot = store.get("robot");
+  return store.get("driver") !== null ? t("state.driven") : robot && word("state", robot.state);
 }
 
 export function ageText(age) {

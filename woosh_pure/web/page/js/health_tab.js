@@ -2,7 +2,7 @@
 
 import { byId, el, fill, icon, say } from "./dom.js";
 import { isOld } from "./freshness.js";
-import { ageText } from "./header.js";
+import { ageText, stateText } from "./header.js";
 import { current, degrees, number, onLanguage, t, word } from "./i18n.js";
 import { seconds } from "./live_connection.js";
 import { distinct, todoOf, whyOf } from "./reason_words.js";
@@ -73,7 +73,7 @@ export class HealthTab {
     const pose = store.get("pose");
     const rates = store.get("rates") ?? {};
     switch (row) {
-      case "state": return word("state", robot.state);
+      case "state": return stateText(store) ?? t("unknown");
       case "mode": return word("mode", robot.mode);
       case "battery": return battery(store.get("battery"));
       case "velocity": return velocity ? `${number(velocity.vx, 2)} m/s, ${number((velocity.wz * 180) / Math.PI, 0)} °/s` : t("unknown");

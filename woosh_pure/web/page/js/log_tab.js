@@ -2,10 +2,12 @@
 
 import { button, byId, el, fill, icon } from "./dom.js";
 import { Download, LARGEST } from "./download.js";
-import { bytes, clock, current, number, onLanguage, t, word } from "./i18n.js";
-import { attempt } from "./toast.js";
+import { bytes, clock, current, has, number, onLanguage, t, word } from "./i18n.js";
+import { attempt, toast } from "./toast.js";
 import { whatText, whoText } from "./command_words.js";
 import { briefText } from "./reason_words.js";
+
+const FAILED = new Set(["no-room", "not-written"]);
 
 export const ICONS = { running: "wait", ok: "ok", bad: "no", ended: "stop" };
 
@@ -45,6 +47,9 @@ export class LogTab {
   renderRecordings() {
     const all = this.store.get("recordings") ?? [];
     const running = all.find((one) => one.running);
+    const failed = all.find((one) => one.id === this.running && FAILED.has(one.end));
+    if (failed) toast(t(`ended.${failed.end}`), "bad");
+    this.running = running?.id;
     const shape = JSON.stringify([running?.id, all.length, current()]);
     if (shape === this.shape) { // only sizes changed: keep the focus
       if (running) this.growth.textContent = growthOf(running);
@@ -69,8 +74,9 @@ export class LogTab {
     const path = `recordings/${encodeURIComponent(one.id)}/bag`;
     const name = one.name ?? `${one.id}.bag`;
     const large = one.bytes > LARGEST;
-    return el("li", { class: "saved" },
-      el("div", { class: "grow" }, el("p", {}, el("strong", {}, name)), el("p", { class: "quiet" }, t("rec.done", { size: bytes(one.bytes) }))),
+    return el("li", { class: `saved ${FAILED.has(one.end) ? "bad" : ""}` },
+      FAILED.has(one.end) ? icon("warn") : null,
+      el("div", { class: "grow" }, el("p", {}, el("strong", {}, name)), el("p", { class: "quiet" }, doneOf(one))),
       large ? el("a", { class: "button", href: this.rest.base + path, download: name }, t("rec.download"))
         : this.download(one.id, { path, name }).root);
   }
@@ -86,5 +92,9 @@ export class LogTab {
         this.download(`map.${kind}`, { path: `map.${kind}`, name: `map.${kind}`, label: `files.${kind}`, id: `save-${kind}` }).root)));
   }
 }
+
+// What was saved, and why if nobody has asked for the end.
+const doneOf = (one) => [has(`ended.${one.end}`) ? t(`ended.${one.end}`) : "",
+  t("rec.done", { size: bytes(one.bytes), n: number(one.seconds, 0) })].filter(Boolean).join(" ");
 
 const growthOf = (one) => t("rec.running", { size: bytes(one.bytes), n: number(one.seconds, 0) });

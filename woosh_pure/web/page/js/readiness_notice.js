@@ -1,9 +1,10 @@
-// The notice above all tabs with the reasons why the robot would not move; shown only if readiness is "no".
+// The notice above all tabs with the reasons why the robot would not move, if it would not, and with a lost localisation: a
+// robot that does not know where it is goes to no mark, and still turns or drives by a distance.
 
 import { button, byId, el, fill, icon } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 import { whoText } from "./command_words.js";
-import { blocking, todoOf, whyOf } from "./reason_words.js";
+import { hindrances, notLocalised, todoOf, whyOf } from "./reason_words.js";
 
 export class ReadinessNotice {
   constructor({ store, lease }) {
@@ -17,20 +18,21 @@ export class ReadinessNotice {
   }
 
   render() {
-    const readiness = this.store.get("lost") === null ? this.store.get("readiness") : null;
     const lease = this.store.get("lease");
-    const reasons = readiness?.answer === "no" ? blocking(readiness.reasons) : [];
+    const reasons = hindrances(this.store).map((reason) => [reason, t("ready.notice", { why: whyOf(reason) })]);
+    const lost = notLocalised(this.store);
+    if (lost) reasons.push([lost, whyOf(lost)]);
     const asked = lease?.yours ? lease.askedBy : null;
     const shape = JSON.stringify([reasons, asked]);
     if (shape === this.shape) return;
     this.shape = shape;
-    fill(byId("notices"), ...reasons.map((reason) => this.reason(reason)), asked ? this.asked(asked) : null);
+    fill(byId("notices"), ...reasons.map((each) => this.reason(...each)), asked ? this.asked(asked) : null);
   }
 
-  reason(reason) {
+  reason(reason, text) {
     const todo = todoOf(reason);
     return el("div", { class: "notice bad" }, icon("warn"),
-      el("div", {}, el("strong", {}, t("ready.notice", { why: whyOf(reason) })),
+      el("div", {}, el("strong", {}, text),
         todo ? el("p", {}, todo) : null));
   }
 

@@ -32,6 +32,18 @@ export function distinct(reasons) {
 // The blocking reasons, without a task under way, which is shown as a task.
 export const blocking = (reasons) => distinct(reasons?.filter((reason) => reason.blocking && reason.key !== "busy"));
 
+// The reasons for which the robot would not move now; none if that is not known.
+export function hindrances(store) {
+  const readiness = store.get("lost") === null ? store.get("readiness") : null;
+  return readiness?.answer === "no" ? blocking(readiness.reasons) : [];
+}
+
+// The reason that tells of a lost localisation, which blocks some motions only; none while it is in doubt.
+export function notLocalised(store) {
+  const reasons = store.get("lost") === null ? store.get("readiness")?.reasons : null;
+  return reasons?.find((one) => one.key === "not_localised" && !one.blocking && !one.doubt);
+}
+
 // The first cause with its advice; "" if there is none.
 export function causeText(reasons) {
   const [first] = blocking(reasons);

@@ -4,6 +4,7 @@ export const state = {
   "state.undefined": "State unknown",
   "state.uninitialised": "not initialised",
   "state.idle": "Idle",
+  "state.driven": "Driven by hand",
   "state.parking": "Parking",
   "state.in task": "In a task",
   "state.warning": "Warning",
