@@ -3,7 +3,8 @@
 Recorders write one chunk after the other, so time spans of chunks rarely overlap, and one chunk at a time is
 read, sorted and yielded. Overlapping chunks are opened by start time; before each is opened, all messages up
 to its start are yielded. If overlapping chunks exceed the budget, only the places of their messages are kept
-(28 bytes each), and a chunk is read again when its messages are due.
+(about 50 bytes each), and chunks are read again when messages are due: for at least as many bytes of messages
+as the budget, so that a bag whose chunks all overlap is unpacked once for each 64 MB of its messages.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-BUDGET_BYTES = 64 << 20  # of chunks in memory that overlap in time
+BUDGET_BYTES = 64 << 20  # of chunks in memory that overlap in time, and of messages copied from them
+MESSAGE_BYTES = 200  # of a message's place and objects, beside its data
 
 
 class ChunkMessages(NamedTuple):
@@ -57,12 +59,14 @@ class Batch:
         chunk: Their chunk; None if there are several.
         pieces: For each row the number of its chunk, (N,) int64; None with one chunk.
         chunk_of: Returns a chunk by that number.
+        offsets: Where each row was in its chunk, (N,) int64, if `chunk_of` gives parts of chunks.
     """
 
     rows: MessageTable
     chunk: ChunkData | None
     pieces: NDArray[np.int64] | None = None
     chunk_of: Callable[[int], ChunkData] | None = None
+    offsets: NDArray[np.int64] | None = None
 
 
 class TimeOrderedReader:
@@ -146,17 +150,23 @@ class TimeOrderedReader:
 
         held = _ChunkCache(order, load)
         waiting: list[_PendingMessages] = []
+        patience = 0  # chunks until the waiting ones are looked through again: their number may be large
         for number in numbers:
             data = load(number)
             rows = None if data is None else self._select(data, wanted, low, high)
             if data is not None and rows is not None and len(rows.conn):
                 held.put(number, data)
                 rows = rows.in_time_order()
-                waiting.append(_PendingMessages(number, rows, rows.time))
+                waiting.append(_PendingMessages(number, rows, rows.time, len(data.blob)))
+            data = None
             limit = order[number + 1].start if number + 1 in numbers else None
-            batch, waiting = _release(waiting, limit, held)
-            if batch is not None:
-                yield batch
+            patience -= 1
+            if limit is not None and patience > 0:
+                continue
+            if limit is None or _pays(waiting, limit):
+                due, waiting = _release(waiting, limit)
+                yield from _batches_of(due, waiting, held)
+            patience = len(waiting) // 8
 
     def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
         """Chunks that have wanted messages, by start time."""
@@ -221,6 +231,12 @@ def runs_of(batch: Batch) -> Iterator[ChunkMessages]:
         return
     assert batch.pieces is not None
     assert batch.chunk_of is not None
+    if batch.offsets is not None:
+        bases = (batch.rows.start - batch.offsets).tolist()
+        for number, base, place in zip(batch.pieces.tolist(), bases, places, strict=True):
+            part = batch.chunk_of(number)
+            yield ChunkMessages(part.info, part.blob, base, (place,))
+        return
     turns = [0, *(np.flatnonzero(np.diff(batch.pieces)) + 1).tolist(), len(places)]
     for start, end in pairwise(turns):
         chunk = batch.chunk_of(int(batch.pieces[start]))
@@ -249,12 +265,31 @@ class _PendingMessages:
     number: int
     rows: MessageTable
     time: NDArray[np.int64]
+    chunk_bytes: int
+
+    def part(self, which: slice) -> _PendingMessages:
+        return _PendingMessages(self.number, self.rows.take(which), self.time[which], self.chunk_bytes)
+
+
+def _pays(waiting: list[_PendingMessages], limit: int) -> bool:
+    """Whether messages up to `limit` are to be yielded now: their chunks are in memory, or they are many."""
+    if sum(piece.chunk_bytes for piece in waiting) <= BUDGET_BYTES:
+        return True
+    due = 0
+    for piece in waiting:
+        due += int(_weights(piece.rows)[: piece.time.searchsorted(limit, "right")].sum())
+    return due >= BUDGET_BYTES
+
+
+def _weights(rows: MessageTable) -> NDArray[np.int64]:
+    """The memory that each message takes once it is copied."""
+    return rows.end - rows.start + MESSAGE_BYTES
 
 
 def _release(
-    waiting: list[_PendingMessages], limit: int | None, held: _ChunkCache
-) -> tuple[Batch | None, list[_PendingMessages]]:
-    """All messages up to `limit`, merged, and the remaining ones."""
+    waiting: list[_PendingMessages], limit: int | None
+) -> tuple[list[_PendingMessages], list[_PendingMessages]]:
+    """All messages up to `limit`, and the remaining ones."""
     import numpy as np
 
     out: list[_PendingMessages] = []
@@ -263,22 +298,61 @@ def _release(
         size = len(piece.time)
         count = size if limit is None else int(np.searchsorted(piece.time, limit, "right"))
         if count:
-            out.append(_PendingMessages(piece.number, piece.rows.take(slice(count)), piece.time[:count]))
+            out.append(piece.part(slice(count)))
         if count < size:
-            left.append(
-                _PendingMessages(piece.number, piece.rows.take(slice(count, size)), piece.time[count:])
-            )
-    if not out:
-        return None, left
-    held.keep_only({piece.number for piece in out} | {piece.number for piece in left})
-    if len(out) == 1:
-        return Batch(out[0].rows, held.get(out[0].number)), left
-    order = np.argsort(np.concatenate([piece.time for piece in out]), kind="stable")
+            left.append(piece.part(slice(count, size)))
+    return out, left
+
+
+def _batches_of(
+    due: list[_PendingMessages], waiting: list[_PendingMessages], held: _ChunkCache
+) -> Iterator[Batch]:
+    """The messages that are due, merged; in several batches if their chunks do not fit into memory."""
+    import numpy as np
+
+    held.keep_only({piece.number for piece in (*due, *waiting)})
+    if not due:
+        return
+    if len(due) == 1:
+        yield Batch(due[0].rows, held.get(due[0].number))
+        return
+    order = np.argsort(np.concatenate([piece.time for piece in due]), kind="stable")
     rows = MessageTable(
-        *[np.concatenate(columns)[order] for columns in zip(*[piece.rows for piece in out], strict=True)]
+        *[np.concatenate(columns)[order] for columns in zip(*[piece.rows for piece in due], strict=True)]
     )
-    pieces = np.concatenate([np.full(len(piece.time), piece.number, np.int64) for piece in out])[order]
-    return Batch(rows, None, pieces, held.get), left
+    pieces = np.concatenate([np.full(len(piece.time), piece.number, np.int64) for piece in due])[order]
+    if sum(piece.chunk_bytes for piece in due) <= BUDGET_BYTES:
+        yield Batch(rows, None, pieces, held.get)
+        return
+    weight = np.cumsum(_weights(rows))
+    first = 0
+    while first < len(pieces):
+        most = BUDGET_BYTES + (int(weight[first - 1]) if first else 0)
+        end = max(first + 1, int(np.searchsorted(weight, most, "right")))
+        yield _copied(rows.take(slice(first, end)), pieces[first:end], held)
+        first = end
+
+
+def _copied(rows: MessageTable, pieces: NDArray[np.int64], held: _ChunkCache) -> Batch:
+    """A batch with copies of its messages, for which each chunk is read once."""
+    import numpy as np
+
+    order = np.argsort(pieces, kind="stable")
+    numbers, firsts = np.unique(pieces[order], return_index=True)
+    if len(numbers) == 1:
+        return Batch(rows, held.get(int(numbers[0])))
+    parts: dict[int, ChunkData] = {}
+    start, end, offsets = np.empty_like(rows.start), np.empty_like(rows.start), np.empty_like(rows.start)
+    for number, which in zip(numbers.tolist(), np.split(order, firsts[1:]), strict=True):
+        chunk = held.get(number)
+        first, last = rows.start[which], rows.end[which]
+        pairs = zip(first.tolist(), last.tolist(), strict=True)
+        blob = b"".join([chunk.blob[from_byte:to_byte] for from_byte, to_byte in pairs])
+        end[which] = np.cumsum(last - first)
+        start[which] = end[which] - (last - first)
+        offsets[which] = first - chunk.base
+        parts[number] = ChunkData(chunk.info, blob, 0, len(blob))
+    return Batch(rows._replace(start=start, end=end), None, pieces, parts.__getitem__, offsets)
 
 
 class _ChunkCache:

@@ -92,6 +92,24 @@ def test_more_overlapping_chunks_than_the_memory_budget(monkeypatch):
     assert plain(bag.read_messages(raw=True)) == encoded(what)
 
 
+@pytest.mark.parametrize("chunk_bytes", [700, 3000])
+def test_chunks_that_all_overlap_are_read_a_few_times(monkeypatch, chunk_bytes):
+    """Not once for each message: a small lz4 bag would take hours. Messages and their positions are the same."""
+    what = entries(2000)
+    made = bag_bytes([what[i * 97 % 2000] for i in range(2000)], "lz4", chunk_bytes=chunk_bytes)
+    expected = [(topic, message, stamp) for topic, message, stamp in read(made).read_messages(raw=True)]
+    reads = []
+    real = time_order.read_chunk
+    monkeypatch.setattr(
+        time_order, "read_chunk", lambda *args, **more: reads.append(args) or real(*args, **more)
+    )
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 100_000)
+    bag = read(made)
+    assert list(bag.read_messages(raw=True)) == expected
+    taken = sum(len(message.data) + time_order.MESSAGE_BYTES for _, message, _ in expected)
+    assert len(reads) <= len(bag.chunks) * (taken / 100_000 + 2)
+
+
 def test_equal_times_keep_the_order_of_the_file():
     what = [("/chatter", String(data=str(i)), Time(5)) for i in range(500)]
     bag = read(bag_bytes(what, chunk_bytes=700))
