@@ -13,7 +13,14 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from rosproto.codec import decode, encode
-from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError, RosTimeout, ServiceError
+from rosproto.errors import (
+    CodecError,
+    ConnectionLost,
+    Md5sumMismatch,
+    RemoteProtocolError,
+    RosTimeout,
+    ServiceError,
+)
 from rosproto.logs import PeerLog, get_logger
 from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import ServiceRevision, note_differences, revised_service
@@ -352,10 +359,14 @@ class ServiceServer:
         """
         self._calls += 1
         try:
-            if revision is None:
-                request = decode(self._request_class, data)
-            else:
-                request = revision.request_to_ours(decode(revision.request_class, data))
+            request = self._request(data, revision)
+        except CodecError as error:
+            self._errors += 1
+            caller = header.get("callerid", "")
+            text = "! service %s: a request of %s is malformed: %s"
+            self._context.peer_log.warning(self.name, text, self.name, caller, error)
+            return encode_error(error_text(error))
+        try:
             request._connection_header = header
             response = response_from(self._handler(request), self._response_class)
             return encode_reply(response if revision is None else revision.response_to_theirs(response))
@@ -363,6 +374,15 @@ class ServiceServer:
             self._errors += 1
             self._report(error, header)
             return encode_error(error_text(error))
+
+    def _request(self, data: bytes, revision: ServiceRevision | None) -> Any:
+        """
+        Raises:
+            CodecError: The bytes are not a request of the service.
+        """
+        if revision is None:
+            return decode(self._request_class, data)
+        return revision.request_to_ours(decode(revision.request_class, data))
 
     def _report(self, error: BaseException, header: dict[str, str]) -> None:
         """Log a failed call, with a traceback unless it is a ServiceError."""

@@ -234,7 +234,8 @@ def test_a_handler_must_be_callable(node):
         node.service_server("/set", SetBool, 5)
 
 
-def test_garbage_instead_of_a_request_is_an_error_answer_and_the_service_lives_on(node):
+def test_garbage_instead_of_a_request_is_an_error_answer_and_the_service_lives_on(node, caplog):
+    """It is the caller's fault: a line of the log, without a traceback."""
     node.service_server("/set", SetBool, tell)
     with socket.create_connection(("127.0.0.1", node.tcpros_address[1])) as sock:
         sock.sendall(
@@ -243,6 +244,8 @@ def test_garbage_instead_of_a_request_is_an_error_answer_and_the_service_lives_o
         read_header(sock, Limits(), Deadline(5))
         sock.sendall(struct.pack("<I", 9) + b"123456789")
         assert sock.recv(1) == b"\0"
+    assert "a request of /x is malformed" in caplog.text
+    assert "Traceback" not in caplog.text
     assert node.service_client("/set", SetBool).call(data=True).success
 
 
