@@ -37,16 +37,26 @@ class _Method(NamedTuple):
     handler: Handler
     checks: tuple[v.Check, ...]
     default: object  # value of the triple when the status is an error
+    prepare: Callable[..., object] | None = None  # called without the lock; returns a further argument
 
 
 METHODS: dict[str, _Method] = {}
 
 
-def _method(default: object, *checks: v.Check) -> Callable[[Handler], Handler]:
-    """Publish a function `name(self, caller_id, ...)` as an API method of that name."""
+def _method(
+    default: object, *checks: v.Check, prepare: Callable[..., object] | None = None
+) -> Callable[[Handler], Handler]:
+    """Publish a function `name(self, caller_id, ...)` as an API method of that name.
+
+    Args:
+        default: Value of the triple when the status is an error.
+        checks: One for each argument.
+        prepare: Does what takes long for large arguments, `prepare(self, ...)`, without the lock; the handler
+            gets its result as a further argument.
+    """
 
     def add(handler: Handler) -> Handler:
-        METHODS[handler.__name__] = _Method(handler, checks, default)
+        METHODS[handler.__name__] = _Method(handler, checks, default, prepare)
         return handler
 
     return add
@@ -109,6 +119,8 @@ class MasterApi:
         caller_id = str(params[0])
         try:
             arguments = [check(p, caller_id) for check, p in zip(found.checks, params[1:], strict=True)]
+            if found.prepare is not None:
+                arguments.append(found.prepare(self, *arguments))
             with self.lock:
                 answer = found.handler(self, caller_id, *arguments)
                 for note in answer.notifications:
@@ -156,11 +168,17 @@ class MasterApi:
             return Answer(ERROR, f"parameter [{key}] is not set", 0)
         return Answer(SUCCESS, f"parameter {key} deleted", 0, tuple(notes))
 
-    @_method(0, v.resolved_key, v.value)
-    def setParam(self, caller_id: str, key: str, value: object) -> Answer:
+    def _weight(self, key: str, value: object) -> int:
+        try:
+            return self.parameters.weigh(key, value)
+        except ValueError as error:
+            raise v.InvalidArgument(f"ERROR: parameter [value] {error}") from None
+
+    @_method(0, v.resolved_key, v.value, prepare=_weight)
+    def setParam(self, caller_id: str, key: str, value: object, weight: int) -> Answer:
         """Store a value; a struct replaces the namespace."""
         try:
-            notes = self.parameters.set(key, value, caller_id)
+            notes = self.parameters.set(key, value, caller_id, weight=weight)
         except TypeError as error:
             return Answer(ERROR, f"Error: invalid arguments: {error}", 0)
         except ValueError as error:

@@ -68,13 +68,27 @@ class ParameterTree:
             return False
         return True
 
-    def set(self, key: str, value: object, caller_id: str | None = None) -> list[ParamUpdate]:
+    def weigh(self, key: str, value: object) -> int:
+        """The approximate size of a value in bytes; needs no lock, and takes long for a large one.
+
+        Raises:
+            ValueError: The value cannot be returned later (nil, int beyond 32 bits), or is nested too deep.
+        """
+        depth = len(_parts(key))
+        if depth > self.max_depth:
+            raise ValueError("is nested too deep")
+        return _checked_size(value, self.max_depth - depth)
+
+    def set(
+        self, key: str, value: object, caller_id: str | None = None, *, weight: int | None = None
+    ) -> list[ParamUpdate]:
         """Store a value; a dict replaces the whole subtree.
 
         Args:
             key: Resolved key; "/" replaces the whole tree and needs a dict.
             value: Any value that XML-RPC can return; owned by the tree from now on.
             caller_id: The node that sets it; it is not notified about this key and those above.
+            weight: The result of `weigh`, if it was called before.
 
         Raises:
             TypeError: The root is set to something else than a dict.
@@ -82,9 +96,8 @@ class ParameterTree:
                 the tree is full.
         """
         parts = _parts(key)
-        if len(parts) > self.max_depth:
-            raise ValueError("is nested too deep")
-        weight = _checked_size(value, self.max_depth - len(parts))
+        if weight is None:
+            weight = self.weigh(key, value)
         below = self.has(key) and isinstance(self.get(key), dict)
         if parts:
             root, growth = _replaced(self._root, parts, value, weight)

@@ -33,6 +33,7 @@ log = get_logger("rosproto.transport")
 _PATHS = ("/", "/RPC2")
 _RECV_BYTES = 1 << 16
 _LEAST_BYTES_PER_SECOND = 16 << 10  # of a request that takes longer than handshake_seconds
+_LARGE_BYTES = 256 << 10  # of a request; larger ones are answered one at a time
 _LINGER_SECONDS = 1.0
 _LINGER_BYTES = 1 << 20
 _REPLY_SECONDS = 0.5  # for replies that are being written when the server closes
@@ -106,6 +107,7 @@ class XmlRpcServer:
         self._limits = limits or Limits()
         self._clock = clock
         self._name = name
+        self._large = threading.Lock()
         self._answering: set[int] = set()  # threads
         self._answered = threading.Condition()
         self._constructed = threading.Lock()
@@ -164,7 +166,21 @@ class XmlRpcServer:
                 self._answered.notify_all()
 
     def answer(self, body: bytes, peer: Peer) -> bytes:
-        """The response document for a call document; never raises for an error of the peer or the handler."""
+        """The response document for a call document; never raises for an error of the peer or the handler.
+
+        A large call takes seconds of processor time. Several at a time would delay the small ones of others by
+        all of that, because a thread waits for each running one whenever it continues; so they take turns.
+        """
+        if len(body) < _LARGE_BYTES:
+            return self._answer(body, peer)
+        if not self._large.acquire(timeout=self._limits.idle_seconds):
+            return xmlrpc.encode_fault(INTERNAL_ERROR, "other large requests take too long; try again later")
+        try:
+            return self._answer(body, peer)
+        finally:
+            self._large.release()
+
+    def _answer(self, body: bytes, peer: Peer) -> bytes:
         try:
             method, params = xmlrpc.decode_call(body, self._limits)
         except RemoteProtocolError as error:

@@ -241,3 +241,18 @@ def test_any_arguments_give_a_triple(method: str, params: list[object]) -> None:
 def test_names_resolve_as_rosgraph_resolves_them(name: str, node: str, resolved: str) -> None:
     """Lenient about characters, always global and canonical."""
     assert resolve(name, node) == resolved
+
+
+def test_a_value_is_weighed_before_the_lock_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes seconds for millions of values, and every other call needs the lock."""
+    api = MasterApi(lambda note: None)
+    locked: list[bool] = []
+    real = api.parameters.weigh
+
+    def weigh(key: str, value: object) -> int:
+        locked.append(api.lock.locked())
+        return real(key, value)
+
+    monkeypatch.setattr(api.parameters, "weigh", weigh)
+    assert api.dispatch("setParam", ["/n", "/large", [1] * 1000])[0] == 1
+    assert locked == [False]

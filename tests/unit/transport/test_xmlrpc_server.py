@@ -410,3 +410,60 @@ def test_a_peer_that_comes_during_the_start_is_answered(monkeypatch: pytest.Monk
     with XmlRpcServer("127.0.0.1", 0, dispatch, name="young"), early[0] as sock:
         sock.settimeout(SOON)
         assert sock.recv(15) == b"HTTP/1.1 200 OK"
+
+
+@pytest.mark.promise("answers large XML-RPC requests one at a time")
+def test_large_requests_wait_for_each_other_and_hold_up_no_small_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thread waits for every other running one whenever it continues; a dozen large ones took 20 seconds."""
+    running, go = threading.Semaphore(0), threading.Event()
+    at_once: list[int] = []
+    lock = threading.Lock()
+    now = 0
+
+    def answer(method: str, params: list[object], peer: Peer) -> object:
+        nonlocal now
+        if method == "small":
+            return "small"
+        with lock:
+            now += 1
+            at_once.append(now)
+        running.release()
+        assert go.wait(SOON)
+        with lock:
+            now -= 1
+        return len(str(params[0]))
+
+    monkeypatch.setattr(xmlrpc_server, "_LARGE_BYTES", 1000)
+    with XmlRpcServer("127.0.0.1", 0, answer, name="test") as server:
+        peer = Peer("x")
+        large = xmlrpc.encode_call("large", ["x" * 2000])
+        answers: list[bytes] = []
+        threads = [
+            threading.Thread(target=lambda: answers.append(server.answer(large, peer))) for _ in range(4)
+        ]
+        for thread in threads:
+            thread.start()
+        try:
+            assert running.acquire(timeout=SOON)
+            assert b"small" in server.answer(xmlrpc.encode_call("small", []), peer)
+            assert at_once == [1]
+        finally:
+            go.set()
+            for thread in threads:
+                thread.join(SOON)
+        assert at_once == [1] * 4
+        assert len(set(answers)) == 1
+        assert b"2000" in answers[0]
+
+
+def test_a_large_request_does_not_wait_for_ever() -> None:
+    """It gets a fault when others take too long."""
+    limits = Limits(idle_seconds=0.05)
+    with XmlRpcServer("127.0.0.1", 0, dispatch, name="test", limits=limits) as server:
+        large = xmlrpc.encode_call("echo", ["x" * (1 << 20)])
+        server._large.acquire()
+        try:
+            assert b"try again later" in server.answer(large, Peer("x"))
+        finally:
+            server._large.release()
+        assert b"try again later" not in server.answer(large, Peer("x"))
