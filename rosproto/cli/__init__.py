@@ -60,6 +60,7 @@ from rosproto.cli.options import (
     to_int,
     token_of,
 )
+from rosproto.cli.output import Output
 from rosproto.cli.parser import Parser, WrongUse, give_examples, hint, near
 from rosproto.cli.process import Task, exit_codes_line, run_command, words_of
 from rosproto.cli.signals import interrupt_on_signals, signals_ignored
@@ -74,6 +75,7 @@ __all__ = [
     "CommandError",
     "Keys",
     "NotANumber",
+    "Output",
     "Parser",
     "Progress",
     "Task",

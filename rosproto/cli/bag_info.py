@@ -16,7 +16,7 @@ from rosproto.text import printable
 
 from .bag_files import reader_of
 from .bag_progress import Progress
-from .console import print_json, shows_unicode
+from .console import shows_unicode
 from .exit_codes import CommandError
 
 CURVE = 24  # characters
@@ -47,7 +47,7 @@ def info(arguments: argparse.Namespace) -> None:
                 found = facts(bag, freq=arguments.freq, step=progress.step)
                 counts = _counts(bag, progress.step) if drawn else {}
             if arguments.json:
-                print_json(found | {"curves": counts})
+                arguments.out.record(found | {"curves": counts})
             elif arguments.yaml:
                 print(_yaml(found, arguments.key))
             else:

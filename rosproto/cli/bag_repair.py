@@ -16,7 +16,7 @@ from rosproto.text import printable
 
 from .bag_files import check_local, check_new, compression_of, reader_of, whole
 from .bag_progress import Progress
-from .console import counted, print_json
+from .console import counted
 from .exit_codes import CommandError
 from .options import add_compression, add_json, add_quiet
 
@@ -118,7 +118,9 @@ def check(arguments: argparse.Namespace) -> int:
             notes = _notes(bag)
         bad += bool(problems)
         if arguments.json:
-            print_json({"path": path, "messages": bag.message_count, "problems": problems, "notes": notes})
+            arguments.out.record(
+                {"path": path, "messages": bag.message_count, "problems": problems, "notes": notes}
+            )
             continue
         for line in problems:
             print(printable(f"{path}: {line}"))

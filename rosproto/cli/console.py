@@ -8,14 +8,13 @@ use `own(stream).write("\\r...")`. A peer's text inside a line (a name, an error
 
 from __future__ import annotations
 
-import argparse
 import codecs
 import io
 import json
 import os
 import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TextIO
 
@@ -223,20 +222,6 @@ def _escaped(found: re.Match[str]) -> str:
 def warn(text: str) -> None:
     """Print a warning on stderr."""
     print(printable(f"WARNING: {text}"), file=sys.stderr, flush=True)
-
-
-def print_json(value: object) -> None:
-    """Print a value as one line of JSON."""
-    print(json_text(value, ascii_only=not shows_unicode(sys.stdout), default=str))
-
-
-def answer(arguments: argparse.Namespace, value: object, lines: str | Iterable[str]) -> None:
-    """Print the result of a verb, with --json the value, else the lines."""
-    if arguments.json:
-        print_json(value)
-    else:
-        for line in (lines,) if isinstance(lines, str) else lines:
-            print(line)
 
 
 def counted(number: int, thing: str, things: str | None = None) -> Sentence:

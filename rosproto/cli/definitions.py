@@ -6,7 +6,6 @@ import argparse
 from functools import partial
 from typing import TYPE_CHECKING
 
-from .console import answer, print_json
 from .exit_codes import CommandError
 from .graph_clients import unknown
 from .graph_options import Verb, add_verbs, library_for
@@ -139,8 +138,7 @@ def _show(arguments: argparse.Namespace) -> None:
         shown.append({"type": name, "definition": text})
         if not arguments.json:
             print((f"[{name}]:\n" if looked_for else "") + text + "\n")
-    if arguments.json:
-        print_json(shown)
+    arguments.out.record(shown)
 
 
 def _raw(library: DefinitionLibrary, kind: str, name: str) -> str:
@@ -165,7 +163,7 @@ def _unfolded(library: DefinitionLibrary, kind: str, name: str) -> str:
 
 def _list(arguments: argparse.Namespace) -> None:
     names = _all(_library(arguments), arguments.kind)
-    answer(arguments, names, names)
+    arguments.out.answer(names, names)
 
 
 def _md5(arguments: argparse.Namespace) -> None:
@@ -174,7 +172,7 @@ def _md5(arguments: argparse.Namespace) -> None:
     sums = {name: _library_of(arguments, name).md5sum(name, kind=arguments.kind) for name in asked}
     alone = "/" in arguments.type[0] and len(sums) == 1
     lines = [md5sum if alone else f"[{name}]: {md5sum}" for name, md5sum in sums.items()]
-    answer(arguments, sums, lines)
+    arguments.out.answer(sums, lines)
 
 
 def _package(arguments: argparse.Namespace) -> None:
@@ -183,10 +181,10 @@ def _package(arguments: argparse.Namespace) -> None:
         names = library.packages()
         raise unknown("no package is called", arguments.package, names, f"{arguments.kind} packages")
     names = _names(library, arguments.kind, arguments.package)
-    answer(arguments, names, _joined(arguments).join(names))
+    arguments.out.answer(names, _joined(arguments).join(names))
 
 
 def _packages(arguments: argparse.Namespace) -> None:
     library = _library(arguments)
     packages = [p for p in sorted(library.packages()) if _names(library, arguments.kind, p)]
-    answer(arguments, packages, _joined(arguments).join(packages))
+    arguments.out.answer(packages, _joined(arguments).join(packages))

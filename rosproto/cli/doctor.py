@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.text import printable
 
-from .console import counted, print_json
+from .console import counted
 from .graph_clients import CALLER_ID, master_client
 from .graph_options import add_graph_options, host_names, master_uri
 
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
             if finding.advice:
                 print(printable(f"        -> {finding.advice}"), flush=True)
     if arguments.json:
-        print_json([finding._asdict() for finding in findings])
+        arguments.out.record([finding._asdict() for finding in findings])
     return 1 if any(finding.ok is False for finding in findings) else 0
 
 

@@ -14,7 +14,6 @@ from rosproto.errors import RosTimeout
 from rosproto.files import read_text, write_file
 from rosproto.text import printable
 
-from .console import answer, print_json
 from .exit_codes import CommandError
 from .graph_clients import absolute, master_client, open_node, unknown
 from .graph_options import add_verbs
@@ -112,7 +111,7 @@ def _parameters(description: Any) -> Iterator[Any]:
 
 def _list(arguments: argparse.Namespace) -> None:
     found = _known(arguments)
-    answer(arguments, found, map(printable, found))
+    arguments.out.answer(found, map(printable, found))
 
 
 def _get(arguments: argparse.Namespace) -> None:
@@ -125,7 +124,7 @@ def _get(arguments: argparse.Namespace) -> None:
                 "no parameter is called", arguments.parameter, values, f"dynparam get {arguments.node}"
             )
         asked = values[arguments.parameter]
-    answer(arguments, asked, to_text(asked).rstrip("\n"))
+    arguments.out.answer(asked, to_text(asked).rstrip("\n"))
 
 
 def _describe(arguments: argparse.Namespace) -> None:
@@ -144,7 +143,7 @@ def _describe(arguments: argparse.Namespace) -> None:
         bounds = f", {fact['min']} to {fact['max']}" if fact["type"] in ("int", "double") else ""
         kind = f"{fact['type']}{bounds}, default {fact['default']!r}"
         lines.append(printable(f"{fact['name']} ({kind}): {fact['description']}"))
-    answer(arguments, facts, lines)
+    arguments.out.answer(facts, lines)
 
 
 def _set(arguments: argparse.Namespace) -> None:
@@ -173,7 +172,7 @@ def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> None:
             reply = client.call(config=config, timeout=arguments.timeout)
     after = values_of(reply.config)
     if arguments.json:
-        print_json(after)
+        arguments.out.record(after)
         return
     for key, value in changes.items():
         print(f"{key}: {to_text(after.get(key)).rstrip()}")

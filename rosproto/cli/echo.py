@@ -25,7 +25,6 @@ from .console import (
     counted,
     enable_escapes,
     is_terminal,
-    print_json,
     shows_unicode,
     terminal_size,
     warn,
@@ -195,7 +194,8 @@ class _Printer:
             self._csv(value, received)
         elif self.arguments.json:
             shown = plain(value, finite=True)
-            print_json({"topic": topic, "message": shown} if self.several else shown)
+            document = {"topic": topic, "message": shown} if self.several else shown
+            self.arguments.out.record(document, is_plain=True)
         else:
             print(
                 (f"# {printable(topic)}\n" if self.several and not self.arguments.all else "")

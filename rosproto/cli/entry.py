@@ -20,6 +20,7 @@ from typing import NamedTuple
 from rosproto.version import __version__
 
 from .exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, say
+from .output import Output
 from .parser import Parser, give_examples, leaves
 from .process import Task, exit_codes_line, run_command, words_of
 
@@ -70,6 +71,7 @@ def behind_the_verb(words: Sequence[str]) -> list[str]:
 def _task(arguments: argparse.Namespace) -> Task:
     def run() -> int:
         _log_to_stderr(arguments.verbose)
+        arguments.out = Output(as_json=getattr(arguments, "json", False))
         code: int | None = arguments.run(arguments)
         # Messages of a damaged bag may be missing; see `bag_files.opened`.
         return code or (FAILED if getattr(arguments, "incomplete", False) else DONE)

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.text import printable
 
-from .console import print_json
 from .graph_clients import absolute, master_client, unknown
 from .graph_options import add_graph_options
 from .pictures import add_picture_options, form_of, quoted, svg_page, write_picture
@@ -51,7 +50,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise unknown("the master knows no node", arguments.node, state.nodes, "node list")
     edges = _edges(state, arguments.all, arguments.node and absolute(arguments.node))
     if arguments.json:
-        print_json([edge._asdict() | {"type": types.get(edge.topic, "*")} for edge in edges])
+        arguments.out.record([edge._asdict() | {"type": types.get(edge.topic, "*")} for edge in edges])
         return
     shown = _shown(edges)
     writers = {"text": lambda: _text(shown), "dot": lambda: _dot(shown), "svg": lambda: svg(shown)}

@@ -11,7 +11,7 @@ from typing import Any
 from rosproto.errors import RosTimeout, ServiceError
 from rosproto.text import printable
 
-from .console import answer, enable_escapes, print_json, warn
+from .console import enable_escapes, warn
 from .exit_codes import CommandError
 from .graph_clients import absolute, below, master_client, open_node, unknown
 from .graph_options import add_verbs
@@ -133,7 +133,7 @@ def _show(line: Any, arguments: argparse.Namespace) -> None:
     stamp = line.header.stamp.to_sec()
     level = word_of(line.level)
     if arguments.json:
-        print_json(
+        arguments.out.record(
             {
                 "stamp": stamp, "level": level, "node": line.name, "text": line.msg,
                 "file": line.file, "line": line.line, "function": line.function,
@@ -185,12 +185,12 @@ def _level_now(arguments: argparse.Namespace) -> str:
 
 def _list(arguments: argparse.Namespace) -> None:
     found = dict(sorted(_loggers(arguments).items()))
-    answer(arguments, found, [f"{printable(name)} {printable(level)}" for name, level in found.items()])
+    arguments.out.answer(found, [f"{printable(name)} {printable(level)}" for name, level in found.items()])
 
 
 def _get(arguments: argparse.Namespace) -> None:
     level = _level_now(arguments)
-    answer(arguments, level, printable(level))
+    arguments.out.answer(level, printable(level))
 
 
 def _set(arguments: argparse.Namespace) -> int:
@@ -204,5 +204,5 @@ def _set(arguments: argparse.Namespace) -> int:
         except ServiceError as error:
             raise CommandError(f"{absolute(arguments.node)} did not take the level: {error}") from error
     now = _loggers(arguments).get(arguments.logger, "unknown")
-    answer(arguments, {"logger": arguments.logger, "level": now}, f"{arguments.logger}: {printable(now)}")
+    arguments.out.answer({"logger": arguments.logger, "level": now}, f"{arguments.logger}: {printable(now)}")
     return 0 if now.lower() == arguments.level else 1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
-from .console import answer, print_json, warn
+from .console import warn
 from .exit_codes import CommandError
 from .graph_clients import absolute, below, master_client, node_client, unknown, warn_if_none
 from .graph_options import add_verbs, host_names
@@ -61,11 +61,11 @@ def _list(arguments: argparse.Namespace) -> None:
         names = below(nodes, arguments.namespace)
         warn_if_none(names, "node", arguments.namespace, nodes)
         if not (arguments.uris or arguments.all or arguments.json):
-            answer(arguments, names, names)
+            arguments.out.answer(names, names)
             return
         uris = {name: _uri(master, name) for name in names}
     lines = [f"{uri} \t{name}" if arguments.all else uri for name, uri in uris.items()]
-    answer(arguments, [{"name": name, "uri": uri} for name, uri in uris.items()], lines)
+    arguments.out.answer([{"name": name, "uri": uri} for name, uri in uris.items()], lines)
 
 
 def _uri(master: MasterClient, name: str) -> str:
@@ -81,7 +81,7 @@ def _info(arguments: argparse.Namespace) -> None:
         state, types = master.get_system_state(), master.get_topic_types()
         facts = [_facts(master, absolute(name), state, types, arguments) for name in arguments.node]
     if arguments.json:
-        print_json(facts if len(facts) > 1 else facts[0])
+        arguments.out.record(facts if len(facts) > 1 else facts[0])
     else:
         for fact in facts:
             _print_facts(fact)
@@ -185,7 +185,7 @@ def _ping(arguments: argparse.Namespace) -> int:
         times = 1 if arguments.all else arguments.count
         results = [_ping_node(master, name, times, arguments) for name in names]
     if arguments.json:
-        print_json(results)
+        arguments.out.record(results)
     return 0 if all(result["answers"] for result in results) else 1
 
 
@@ -239,7 +239,7 @@ def _kill(arguments: argparse.Namespace) -> int:
             except RosError as error:
                 failed[name] = str(error)
     if arguments.json:
-        print_json({"killed": killed, "failed": failed})
+        arguments.out.record({"killed": killed, "failed": failed})
         return 1 if failed else 0
     for name in killed:
         print(f"killing {name}\nkilled")
@@ -262,7 +262,7 @@ def _cleanup(arguments: argparse.Namespace) -> None:
             "be resolved here; give --resolve NAME=IP"
         )
     lines = [f"Unregistering {name}" for name in dead]
-    answer(arguments, dead, lines if dead or elsewhere else "every node answers")
+    arguments.out.answer(dead, lines if dead or elsewhere else "every node answers")
 
 
 def _answers(master: MasterClient, name: str, arguments: argparse.Namespace) -> bool:
@@ -313,4 +313,4 @@ def _machine(arguments: argparse.Namespace) -> None:
             raise CommandError(f"no node runs on {host!r}; hosts: {', '.join(sorted(hosts)) or 'none'}")
     asked = {host: sorted(hosts[host]) for host in arguments.host} or hosts
     nodes = [name for names in asked.values() for name in names]
-    answer(arguments, asked, "\n".join(nodes if arguments.host else sorted(hosts)))
+    arguments.out.answer(asked, "\n".join(nodes if arguments.host else sorted(hosts)))

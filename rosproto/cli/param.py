@@ -12,7 +12,7 @@ from rosproto.errors import MasterError
 from rosproto.files import read_file, read_stream, read_text, write_file
 from rosproto.text import printable
 
-from .console import answer, json_text, print_json
+from .console import json_text
 from .exit_codes import CommandError
 from .graph_clients import absolute, below, master_client, unknown, warn_if_none
 from .graph_options import add_verbs
@@ -83,7 +83,7 @@ def _fetch(arguments: argparse.Namespace, key: str) -> Any:
 def _get(arguments: argparse.Namespace) -> None:
     value = _fetch(arguments, arguments.key)
     if arguments.json:
-        print_json(plain(value, finite=True))
+        arguments.out.record(plain(value, finite=True))
     elif arguments.pretty and isinstance(value, str):
         print(value)  # --pretty: a text of several lines unchanged
     elif arguments.pretty and isinstance(value, dict):
@@ -132,7 +132,7 @@ def _list(arguments: argparse.Namespace) -> None:
         known = master.get_param_names()
     names = below(known, arguments.namespace)
     warn_if_none(names, "parameter", arguments.namespace, known)
-    answer(arguments, names, names)
+    arguments.out.answer(names, names)
 
 
 def _delete(arguments: argparse.Namespace) -> None:
@@ -147,7 +147,7 @@ def _search(arguments: argparse.Namespace) -> None:
             raise CommandError(
                 f"no parameter is called {arguments.key!r} from here upwards; see: rosproto param list"
             ) from error
-    answer(arguments, found, found)
+    arguments.out.answer(found, found)
 
 
 def _dump(arguments: argparse.Namespace) -> None:

@@ -16,7 +16,7 @@ from rosproto.files import read_text
 from rosproto.time import Time
 
 from .background_output import hurry
-from .console import is_terminal, print_json, warn
+from .console import is_terminal, warn
 from .exit_codes import CommandError
 from .graph_clients import absolute, master_client, open_node
 from .graph_options import library_for
@@ -88,8 +88,7 @@ def _latched(publisher: Any, cls: type[Message], messages: list[Any], arguments:
     if not arguments.json:
         print(f"publishing and latching message for {LINGER} seconds", flush=True)
     time.sleep(LINGER)
-    if arguments.json:
-        print_json({"published": len(messages), "connections": publisher.connections})
+    arguments.out.record({"published": len(messages), "connections": publisher.connections})
 
 
 def _in_turn(
@@ -115,5 +114,4 @@ def _in_turn(
     publisher.flush()
     if arguments.once:
         time.sleep(LINGER)
-    if arguments.json:
-        print_json({"published": sent, "connections": publisher.connections})
+    arguments.out.record({"published": sent, "connections": publisher.connections})

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import DefinitionError, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
-from .console import answer, is_terminal, print_json, warn
+from .console import is_terminal, warn
 from .exit_codes import CommandError
 from .graph_clients import (
     CALLER_ID,
@@ -105,7 +105,7 @@ def _list(arguments: argparse.Namespace) -> None:
     services = {name: known[name] for name in below(known, arguments.namespace)}
     warn_if_none(services, "service", arguments.namespace, known)
     lines = [f"{name} {','.join(nodes)}" if arguments.nodes else name for name, nodes in services.items()]
-    answer(arguments, [{"name": name, "nodes": nodes} for name, nodes in services.items()], lines)
+    arguments.out.answer([{"name": name, "nodes": nodes} for name, nodes in services.items()], lines)
 
 
 def _info(arguments: argparse.Namespace) -> None:
@@ -120,7 +120,7 @@ def _info(arguments: argparse.Namespace) -> None:
         fields = None
     facts = {"node": ", ".join(nodes), "uri": uri, "type": kind, "args": fields}
     args = "(unknown type)" if fields is None else " ".join(fields)
-    answer(arguments, facts, f"Node: {facts['node']}\nURI: {uri}\nType: {kind}\nArgs: {args}")
+    arguments.out.answer(facts, f"Node: {facts['node']}\nURI: {uri}\nType: {kind}\nArgs: {args}")
 
 
 def _node(arguments: argparse.Namespace) -> None:
@@ -129,7 +129,7 @@ def _node(arguments: argparse.Namespace) -> None:
         services = master.get_system_state().services
     if not services.get(name):
         raise unknown("no node provides the service", name, services, "service list")
-    answer(arguments, services[name], services[name])
+    arguments.out.answer(services[name], services[name])
 
 
 def _fields(arguments: argparse.Namespace, kind: str) -> list[str]:
@@ -140,7 +140,7 @@ def _fields(arguments: argparse.Namespace, kind: str) -> list[str]:
 
 def _type(arguments: argparse.Namespace) -> None:
     kind = type_of(arguments, absolute(arguments.service))
-    answer(arguments, kind, kind)
+    arguments.out.answer(kind, kind)
 
 
 def _find(arguments: argparse.Namespace) -> None:
@@ -150,7 +150,7 @@ def _find(arguments: argparse.Namespace) -> None:
     found = [name for name, kind in types.items() if kind == arguments.type]
     if not found and not arguments.json:
         warn(f"no service is of type {arguments.type}{near(arguments.type, set(types.values()))}")
-    answer(arguments, found, found)
+    arguments.out.answer(found, found)
 
 
 def _safe_type(arguments: argparse.Namespace, name: str) -> str:
@@ -163,12 +163,12 @@ def _safe_type(arguments: argparse.Namespace, name: str) -> str:
 def _uri(arguments: argparse.Namespace) -> None:
     with master_client(arguments) as master:
         uri = _look_up(master, absolute(arguments.service))
-    answer(arguments, uri, uri)
+    arguments.out.answer(uri, uri)
 
 
 def _args(arguments: argparse.Namespace) -> None:
     fields = _fields(arguments, type_of(arguments, absolute(arguments.service)))
-    answer(arguments, fields, " ".join(fields))
+    arguments.out.answer(fields, " ".join(fields))
 
 
 def _call(arguments: argparse.Namespace) -> None:
@@ -186,7 +186,7 @@ def _call(arguments: argparse.Namespace) -> None:
             for index, request in enumerate(requests):
                 response = client.call(request, timeout=arguments.timeout)
                 if arguments.json:
-                    print_json(to_dict(response, finite=True))
+                    arguments.out.record(to_dict(response, finite=True))
                 else:
                     print(f"---\n{response}" if index else response, flush=True)
 

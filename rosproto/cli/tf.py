@@ -17,11 +17,12 @@ from typing import Any
 from rosproto.errors import RosError, RosTimeout
 from rosproto.text import printable
 
-from .console import print_json, warn
+from .console import warn
 from .exit_codes import CommandError
 from .graph_clients import open_node
 from .graph_options import add_verbs
 from .options import count, positive, seconds
+from .output import Output
 from .parser import near
 from .pictures import add_picture_options, form_of, quoted, svg_page, write_picture
 
@@ -77,7 +78,7 @@ def _monitor_arguments(parser: argparse.ArgumentParser) -> None:
 def _tree(arguments: argparse.Namespace) -> None:
     frames, _ = _heard(arguments)
     if arguments.json:
-        print_json(frames)
+        arguments.out.record(frames)
         return
     roots, children = _children(frames)
     if not roots:
@@ -129,7 +130,7 @@ def _echo(arguments: argparse.Namespace) -> None:
             if shown:
                 time.sleep(1.0 / arguments.rate)
             try:
-                _print(listener.buffer.lookup(arguments.target, arguments.source), arguments.json)
+                _print(listener.buffer.lookup(arguments.target, arguments.source), arguments.out)
             except RosTimeout:
                 raise
             except RosError as error:
@@ -137,11 +138,11 @@ def _echo(arguments: argparse.Namespace) -> None:
             shown += 1
 
 
-def _print(transform: Any, as_json: bool) -> None:
+def _print(transform: Any, out: Output) -> None:
     x, y, z = transform.translation
     rotation = [float(v) for v in transform.rotation]
-    if as_json:
-        print_json({"stamp": transform.stamp.to_sec(), "translation": [x, y, z], "rotation": rotation})
+    if out.as_json:
+        out.record({"stamp": transform.stamp.to_sec(), "translation": [x, y, z], "rotation": rotation})
         return
     print(f"At time {transform.stamp.to_sec():.3f}")
     print(f"- Translation: [{x:.3f}, {y:.3f}, {z:.3f}]")
@@ -170,7 +171,7 @@ def draw(arguments: argparse.Namespace) -> None:
     if not frames:
         raise _silence(arguments.seconds)
     if arguments.json:
-        print_json(frames)
+        arguments.out.record(frames)
         return
     shown = shown_frames(frames)
     writers = {
@@ -377,7 +378,7 @@ def monitor(arguments: argparse.Namespace) -> None:
                 continue
             facts = arrivals.facts(arguments.frame)
             reports += 1
-            print_json(facts) if arguments.json else print(report(facts), flush=True)
+            arguments.out.answer(facts, report(facts))
 
 
 def report(facts: list[dict[str, Any]]) -> str:

@@ -13,7 +13,7 @@ from rosproto.errors import MasterError
 from rosproto.text import printable
 
 from . import topic_rates
-from .console import answer, print_json, warn
+from .console import warn
 from .exit_codes import CommandError
 from .fields import split_topic
 from .graph_clients import absolute, below, master_client, unknown, warn_if_none
@@ -64,7 +64,7 @@ def _info(arguments: argparse.Namespace) -> None:
             n: _uri(master, n) for n in {*state.publishers.get(topic, []), *state.subscribers.get(topic, [])}
         }
     if arguments.json:
-        print_json({**_row(topic, state, {topic: kind}), "uris": uris})
+        arguments.out.record({**_row(topic, state, {topic: kind}), "uris": uris})
         return
     print(f"Type: {'unknown type' if kind == '*' else kind}\n")
     for title, nodes in (("Publishers", state.publishers), ("Subscribers", state.subscribers)):
@@ -90,9 +90,9 @@ def _type(arguments: argparse.Namespace) -> None:
         _, kind = _known(master, topic)
     if path:
         inner = _field_type(arguments, kind, path)
-        answer(arguments, {"type": kind, "field": path, "field_type": inner}, f"{kind} {path} {inner}")
+        arguments.out.answer({"type": kind, "field": path, "field_type": inner}, f"{kind} {path} {inner}")
     else:
-        answer(arguments, kind, kind)
+        arguments.out.answer(kind, kind)
 
 
 def _field_type(arguments: argparse.Namespace, kind: str, path: str) -> str:
@@ -117,7 +117,7 @@ def _find(arguments: argparse.Namespace) -> None:
     found = sorted(t for t, kind in types.items() if kind == arguments.type)
     if not found and not arguments.json:
         warn(f"no topic carries {arguments.type}{near(arguments.type, set(types.values()))}")
-    answer(arguments, found, found)
+    arguments.out.answer(found, found)
 
 
 Side = dict[str, list[str]]
@@ -154,7 +154,7 @@ def _list(arguments: argparse.Namespace) -> None:
     warn_if_none({*published, *subscribed}, "topic", arguments.namespace, names)
     if arguments.json:
         rows = [_row(name, state, types) for name in sorted({*published, *subscribed})]
-        print_json(rows if hosts is None else {h: sorted({*a, *b}) for h, (a, b) in hosts.items()})
+        arguments.out.record(rows if hosts is None else {h: sorted({*a, *b}) for h, (a, b) in hosts.items()})
     elif hosts is None:
         _print(published, subscribed, types, arguments, "")
     else:
@@ -246,7 +246,7 @@ def _of_bag(arguments: argparse.Namespace) -> None:
         between = f" from {times[0]} to {times[-1]}" if times else ""
         lines = [f"{len(times)} message(s){between}"]
     found = [{"name": n, "types": t.types, "messages": t.message_count} for n, t in facts]
-    answer(arguments, found, lines)
+    arguments.out.answer(found, lines)
 
 
 def add_echo_arguments(parser: argparse.ArgumentParser) -> None:

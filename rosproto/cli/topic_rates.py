@@ -10,7 +10,7 @@ from typing import Any
 
 from rosproto.rates import Bandwidth, Statistics, Window, bandwidth_text, delay_text, hz_table, hz_text
 
-from .console import print_json, warn
+from .console import warn
 from .exit_codes import CommandError
 from .expression import Expression
 from .graph_clients import absolute, below, master_client, open_node
@@ -54,7 +54,7 @@ def run_hz(arguments: argparse.Namespace) -> None:
 
     def report() -> None:
         if arguments.json:
-            print_json({t: _figures(w.statistics(), "interval") for t, w in windows.items()})
+            arguments.out.record({t: _figures(w.statistics(), "interval") for t, w in windows.items()})
             return
         found = {topic: window.news() for topic, window in windows.items()}
         print(hz_text(*found.values()) if len(found) == 1 else hz_table(found), flush=True)
@@ -93,7 +93,7 @@ def run_delay(arguments: argparse.Namespace) -> None:
         if headless:
             raise CommandError(f"{headless[0]} has no header, so its messages do not say when they were made")
         if arguments.json:
-            print_json({t: _figures(w.statistics(), "delay") for t, w in windows.items()})
+            arguments.out.record({t: _figures(w.statistics(), "delay") for t, w in windows.items()})
             return
         for topic, window in windows.items():
             if window.values:
@@ -113,7 +113,7 @@ def run_bw(arguments: argparse.Namespace) -> None:
     def report() -> None:
         now = time.monotonic()
         if arguments.json:
-            print_json(
+            arguments.out.record(
                 {t: {"bytes_per_second": b.per_second(now), "sizes": b.sizes} for t, b in bandwidths.items()}
             )
             return

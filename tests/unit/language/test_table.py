@@ -143,7 +143,7 @@ def test_columns_are_as_wide_in_each_language() -> None:
 
 def test_a_coloured_word_is_said_in_its_colour(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = io.StringIO()
-    monkeypatch.setattr("woosh_pure.cli.output.enable_escapes", lambda stream: True)
+    monkeypatch.setattr("rosproto.cli.output.enable_escapes", lambda stream: True)
     out = Output(stream=stream, language="zh")
     out.line(say("{head}: {tail}", head=out.colour("ready", "green", 6), tail=say("the robot stands still")))
     assert stream.getvalue() == "\x1b[32m就绪  \x1b[0m：机器人已停稳\n"

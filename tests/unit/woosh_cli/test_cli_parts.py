@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rosproto.cli.output import plain
 from rosproto.errors import ConnectionLost
 from rosproto.numeric import encode_png
 from rosproto.text import width
@@ -22,7 +23,7 @@ from tests.support.waiting import until
 from woosh_pure.cli import config, main
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.commands.devices import image_png
-from woosh_pure.cli.output import Output, plain
+from woosh_pure.cli.output import Output
 from woosh_pure.cli.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
 from woosh_pure.cli.screen import Scene, Screen
 from woosh_pure.enums import RobotState
@@ -88,14 +89,14 @@ def test_colours_on_a_terminal_unless_told_not_to(monkeypatch) -> None:
 
 
 def test_a_sign_of_life_after_a_second(monkeypatch) -> None:
-    monkeypatch.setattr("woosh_pure.cli.output._FIRST_SIGN", 0.01)
+    monkeypatch.setattr("rosproto.cli.output._FIRST_SIGN", 0.01)
     seen = io.StringIO()
     monkeypatch.setattr(sys, "stderr", seen)
     out = Output(stream=io.StringIO())
     with out.working("thinking"):
         until(lambda: seen.getvalue().endswith("\n"), what="the first sign")
     assert seen.getvalue() == "thinking ...\n"
-    monkeypatch.setattr("woosh_pure.cli.output._FIRST_SIGN", 60.0)
+    monkeypatch.setattr("rosproto.cli.output._FIRST_SIGN", 60.0)
     with out.working("quick"):
         pass
     assert seen.getvalue() == "thinking ...\n"

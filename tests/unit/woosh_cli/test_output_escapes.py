@@ -7,8 +7,9 @@ import json
 
 import pytest
 
+from rosproto.cli import output
+from rosproto.cli.console import escape_what_cannot_be_printed
 from tests.support.hostile_peer import RAW, wrongs_of
-from woosh_pure.cli import output
 from woosh_pure.cli.output import Output
 
 
@@ -47,3 +48,12 @@ def test_json_stays_json(verb: str) -> None:
     assert json.loads(stream.getvalue())["text"] == RAW + "\U000e0041仓库"
     assert wrongs_of(stream.getvalue()) == []
     assert "仓库" in stream.getvalue()
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
+def test_json_has_its_letters_in_every_encoding(encoding: str) -> None:
+    """The stream's error handler would write "deg" for a degree sign that the encoding lacks."""
+    escape_what_cannot_be_printed()
+    stream = io.TextIOWrapper(written := io.BytesIO(), encoding, errors="rosproto.readable")
+    Output(as_json=True, stream=stream).record({"text": "90° 仓库 😀", "none": float("nan")})
+    assert json.loads(written.getvalue().decode(encoding)) == {"text": "90° 仓库 😀", "none": None}

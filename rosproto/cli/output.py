@@ -1,0 +1,174 @@
+"""Prints a command's results: lines for people, JSON for programs, a progress line during long waits.
+
+Both commands print by it: `rosproto` in English, `woosh` in a language. An exception has its own exit code:
+`exit_code` in `rosproto/errors.py` and `woosh_pure/errors.py`.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from enum import Enum
+from typing import Any, TextIO
+
+from rosproto.sentence import say
+from rosproto.text import padded, printable
+
+from .bag_progress import Progress
+from .console import enable_escapes, is_terminal, json_text, own, shows_unicode
+
+_COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "bold": "1", "dim": "2"}
+_FIRST_SIGN = 1.0
+
+
+class Output:
+    """The output of a command.
+
+    Attributes:
+        as_json: True when only `result` and `record` may print on stdout.
+        say: Translates a text to the language of the lines; JSON is the same in each.
+        coloured: True when stdout is a terminal that shows colours, and $NO_COLOR is not set.
+    """
+
+    def __init__(
+        self,
+        *,
+        as_json: bool = False,
+        stream: TextIO | None = None,
+        translate: Callable[[str], str] = lambda text: text,
+    ) -> None:
+        self.as_json = as_json
+        self.say = translate
+        self._stream = stream or sys.stdout
+        self._said = False
+        self._mark = f"\x1b{os.urandom(8).hex()}"
+        self.coloured = not as_json and not os.environ.get("NO_COLOR") and enable_escapes(self._stream)
+
+    def line(self, *cells: str, **values: Any) -> None:
+        """Print a line for people and flush; silent with --json.
+
+        Control characters and line ends are escaped, except the colours of `colour`.
+
+        Args:
+            cells: Sentences, or results of `cell` and `colour`; joined by blanks.
+            values: Of the template of a sentence, the only cell; see `rosproto.sentence.say`.
+        """
+        if not self.as_json:
+            cells = (say(*cells, **values),) if values else cells
+            self._write(self._shown(" ".join(map(self.say, cells))))
+
+    def cell(self, text: str, width: int) -> str:
+        """Translate a text and pad it to the column's width."""
+        return padded(self.say(text), width)
+
+    def colour(self, text: str, name: str, width: int = 0) -> str:
+        """Return a coloured cell; plain without colours."""
+        text = self.cell(text, width)
+        return f"{self._mark}[{_COLOURS[name]}m{text}{self._mark}[0m" if self.coloured else text
+
+    def _shown(self, text: str) -> str:
+        """Escape all but the marks of `colour`, which peers do not know."""
+        if not self.coloured:
+            return printable(text)
+        first, *rest = text.split(self._mark)
+        parts = [part.partition("m") for part in rest]
+        return printable(first) + "".join(f"\x1b{code}m{printable(more)}" for code, _, more in parts)
+
+    def result(self, value: Any) -> None:
+        """Print the JSON document; silent without --json."""
+        if self.as_json:
+            self._document(plain(value), indent=2)
+
+    def record(self, value: Any, *, is_plain: bool = False) -> None:
+        """Print a JSON document in one line (many are JSON Lines); silent without --json.
+
+        Args:
+            value: See `plain`.
+            is_plain: It consists of JSON's own types, with finite numbers.
+        """
+        if self.as_json:
+            self._document(value if is_plain else plain(value))
+
+    def answer(self, value: Any, lines: str | Iterable[str]) -> None:
+        """Print the result of a verb: with --json the value in one line, else the lines."""
+        if self.as_json:
+            self.record(value)
+        elif text := [lines] if isinstance(lines, str) else list(lines):
+            print("\n".join(text), file=self._stream, flush=True)
+
+    def _document(self, value: Any, **options: Any) -> None:
+        self._said = True
+        # A letter that the encoding lacks would become another one. A stream without an encoding lacks none.
+        ascii_only = bool(getattr(self._stream, "encoding", "")) and not shows_unicode(self._stream)
+        self._write(json_text(value, ascii_only=ascii_only, allow_nan=False, **options))
+
+    def failure(self, text: str, code: int) -> None:
+        """Print the JSON document of a failed command, unless it has printed one."""
+        if not self._said:
+            self.result({"ok": False, "error": text, "exit_code": code})
+
+    @contextmanager
+    def working(self, what: str) -> Iterator[None]:
+        """Show progress on stderr after one second.
+
+        On a terminal, one line counts the seconds; elsewhere it is a single line.
+        """
+        done = threading.Event()
+        what = self.say(what)
+        thread = threading.Thread(target=_show_life, args=(what, done), name="woosh:progress", daemon=True)
+        if not self.as_json:
+            try:
+                thread.start()
+            except RuntimeError:
+                pass  # no thread can be started: a stop must not fail for missing output
+        try:
+            yield
+        finally:
+            done.set()
+            if thread.is_alive():
+                thread.join(1.0)
+
+    def _write(self, text: str) -> None:
+        print(text, file=own(self._stream), flush=True)
+
+
+def _show_life(what: str, done: threading.Event) -> None:
+    began = time.monotonic()
+    if done.wait(_FIRST_SIGN):
+        return
+    stream = sys.stderr
+    try:
+        if not is_terminal(stream):
+            print(f"{what} ...", file=stream, flush=True)
+            return
+        with Progress("", stream=stream) as line:
+            while not done.wait(0.2):
+                line.show(f"{what} ... {time.monotonic() - began:.0f} s ")
+    except (OSError, ValueError):
+        return  # the reader has gone
+
+
+def plain(value: Any) -> Any:
+    """Convert a value for JSON: dataclasses to objects, arrays to lists, enums to names, NaN to null."""
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, int):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if hasattr(value, "__dataclass_fields__"):  # without the slow import of dataclasses
+        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple, set, frozenset)):
+        return [plain(item) for item in value]
+    return str(value)
