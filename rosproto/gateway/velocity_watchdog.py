@@ -23,7 +23,7 @@ from typing import Any, Protocol
 from rosproto.codec import Message, decode, define, encode, message_class
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
-from rosproto.watchdog import Watch
+from rosproto.watchdog import ROUNDS, Watch
 
 _log = get_logger("rosproto.gateway")
 
@@ -58,7 +58,6 @@ A message whose numbers are all zero means "stand still".
 HEADER = "std_msgs/Header"
 
 SILENCE = 0.5  # seconds
-ZEROS = 5
 OVER = 0.5  # seconds from the first zero to the last
 FASTEST = 1000.0  # m/s, rad/s: no robot drives faster, so a larger number is a mistake of the client
 
@@ -160,7 +159,7 @@ class DriveTable:
         over: Seconds from the first zero to the last.
     """
 
-    def __init__(self, *, silence: float = SILENCE, zeros: int = ZEROS, over: float = OVER) -> None:
+    def __init__(self, *, silence: float = SILENCE, zeros: int = ROUNDS, over: float = OVER) -> None:
         self._silence = silence
         self._zeros = zeros
         self._apart = over / max(1, zeros - 1)

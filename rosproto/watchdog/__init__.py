@@ -9,10 +9,11 @@ the pipe ends, or no heartbeat came for 0.8 s, the process sends these messages,
 `process` is the process.
 """
 
-from rosproto.watchdog.protocol import LastCall, LastMessage, WatchedNode, is_watchdog_name
+from rosproto.watchdog.protocol import ROUNDS, LastCall, LastMessage, WatchedNode, is_watchdog_name
 from rosproto.watchdog.watchdog import Watch, Watchdog, watched_node_of
 
 __all__ = [
+    "ROUNDS",
     "LastCall",
     "LastMessage",
     "Watch",

@@ -19,6 +19,7 @@ from rosproto.errors import RemoteProtocolError
 HEARTBEAT_SECONDS = 0.1  # between two heartbeats while a watch is armed
 SILENCE_SECONDS = 0.8  # without a line, after which the program counts as gone
 ROUNDS = 5
+"""How often a zero or a cancel is sent, by this process and by the watchdog: one can be lost."""
 ROUND_SECONDS = 0.1  # between two rounds
 _SUFFIX = "_rosproto_watchdog"
 

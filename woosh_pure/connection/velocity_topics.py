@@ -15,6 +15,7 @@ import rosproto
 from rosproto.codec import encode
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
+from rosproto.watchdog import ROUNDS
 from woosh_pure.connection.connection import Connection, FinalMessage
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row
@@ -24,7 +25,6 @@ VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
 logger = get_logger("woosh_pure.velocity")
 _FLUSH = 0.5  # seconds
 _ARRIVE = 0.5  # seconds
-_ZEROS = 5
 
 
 class VelocityTopics:
@@ -188,7 +188,7 @@ class VelocityTopics:
         """Zeros for the topics on which a drive is open or a zero is due."""
         with self._lock:
             topics = self._zero_due | {topic for topic, users in self._users.items() if users}
-        return [FinalMessage(topic, twist(Velocity()), _ZEROS) for topic in sorted(topics)]
+        return [FinalMessage(topic, twist(Velocity()), ROUNDS) for topic in sorted(topics)]
 
     def end(self, topic: str) -> None:
         """End a drive that has sent its zeros: wait briefly until they arrive, else mark a zero as due.

@@ -15,6 +15,7 @@ from rosproto.coercion import as_float
 from rosproto.errors import RosError, RosTimeout
 from rosproto.sentence import say
 from rosproto.transport import Deadline
+from rosproto.watchdog import ROUNDS
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.stopping.active_motions import cancel_goals
 from woosh_pure.stopping.immediate_stop import StopRequest
@@ -22,7 +23,6 @@ from woosh_pure.stopping.other_clients import OtherPrograms, Registrations, Stop
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop_executor import Job, begin
 
-_REPEATS = 6
 _WRITTEN = 0.5  # seconds for the first round, which takes a millisecond
 _SHORT, _LONG = 4.0, 20.0  # seconds on top of the time limit: the steps have bounds of their own
 _LISTENERS = 1.0  # seconds that subscribers of velocities have at least to connect
@@ -138,9 +138,9 @@ def _zeros(run: StopRun) -> None:
 def _send_zeros(run: StopRun, waiting: dict[str, rosproto.Publisher]) -> None:
     listeners = Deadline(max(_LISTENERS, run.deadline.remaining() or 0.0))
     sent: dict[str, int] = {}
-    while waiting and any(sent.get(topic, 0) < _REPEATS for topic in waiting):
+    while waiting and any(sent.get(topic, 0) < ROUNDS for topic in waiting):
         for topic, publisher in list(waiting.items()):
-            if publisher.connections and sent.get(topic, 0) < _REPEATS:
+            if publisher.connections and sent.get(topic, 0) < ROUNDS:
                 run.components.velocity.zero(topic)
                 sent[topic] = sent.get(topic, 0) + 1
             elif publisher.connections:

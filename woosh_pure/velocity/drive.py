@@ -22,6 +22,7 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import Deadline
+from rosproto.watchdog import ROUNDS
 from woosh_pure.components import Components
 from woosh_pure.connection.arguments import require_seconds
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
@@ -33,7 +34,6 @@ from woosh_pure.velocity.shaper import DriveLimits, Shaper
 
 logger = get_logger("woosh_pure.velocity")
 _RATE = 20.0
-_ZEROS = 5
 _LOOK_AROUND = 2.0  # seconds between two checks for other drivers
 _LOOK_AGAIN = 0.5  # seconds until another driver is checked again: two counts show whether it sends
 
@@ -322,7 +322,7 @@ class Drive:
             self._sent_zeros.set()
 
     def _send_zeros(self) -> None:
-        for _ in range(_ZEROS):
+        for _ in range(ROUNDS):
             self._components.velocity.zero(self.topic)
             time.sleep(0.02)
         self._components.velocity.end(self.topic)
