@@ -197,6 +197,7 @@ def fresh(door: Door, graph: tuple[Chassis, Node], **options: Any) -> Iterator[i
 every_door = pytest.mark.parametrize("door", [pytest.param(door, id=name) for name, door in DOORS.items()])
 
 
+@pytest.mark.promise("admit clients by the same rules", "is refused by its `Origin`", "Other servers of this computer are other sites")
 @every_door
 @pytest.mark.parametrize("attempt", [pytest.param(one, id=name) for name, one in ATTEMPTS.items()])
 def test_every_door_answers_an_attempt_alike(
@@ -207,6 +208,7 @@ def test_every_door_answers_an_attempt_alike(
     assert tried(door, served(door), attempt) == door.statuses.get(attempt.status, attempt.status)
 
 
+@pytest.mark.promise("answered ten times, then once every six seconds")
 @every_door
 def test_the_eleventh_wrong_token_of_an_address_is_one_too_many(
     graph: tuple[Chassis, Node], door: Door
@@ -220,6 +222,7 @@ def test_the_eleventh_wrong_token_of_an_address_is_one_too_many(
             assert tried(door, port, wrong, "127.0.0.2") == 401
 
 
+@pytest.mark.promise("So one address locks nobody else out")
 @every_door
 @pytest.mark.parametrize("sent", [b"", b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n"], ids=["nothing", "half"])
 def test_half_open_connections_lock_nobody_out(graph: tuple[Chassis, Node], door: Door, sent: bytes) -> None:
@@ -241,6 +244,7 @@ def test_half_open_connections_lock_nobody_out(graph: tuple[Chassis, Node], door
             pass
 
 
+@pytest.mark.promise("A token has at least 8 characters")
 @every_door
 @pytest.mark.parametrize("token", ["", "a", "kd83-hs"])
 def test_a_token_that_can_be_guessed_opens_no_door(
@@ -250,6 +254,7 @@ def test_a_token_that_can_be_guessed_opens_no_door(
         door.server(*graph, token=token)
 
 
+@pytest.mark.promise("on another address it does not start without a token")
 @every_door
 @pytest.mark.parametrize("host", ["0.0.0.0", "::"])
 def test_no_door_is_open_to_other_computers_without_a_token(

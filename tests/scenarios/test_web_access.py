@@ -88,7 +88,7 @@ def test_a_name_that_is_not_ours_is_refused_for_everything(web: Served) -> None:
         assert "--host-name" in answer.problem
 
 
-@pytest.mark.promise("other addresses need a token of at least 8 letters", "STOP in the page")
+@pytest.mark.promise("admit clients by the same rules", "STOP in the page")
 def test_without_the_token_nothing_but_the_page_is_shown(chassis: Chassis) -> None:
     with serving(chassis, token=TOKEN) as web:
         web.token = None
@@ -149,7 +149,7 @@ def test_two_servers_of_one_host_keep_their_log_ins_apart(chassis: Chassis) -> N
             assert two.get("status", headers={"cookie": cookie}).status == 401
 
 
-@pytest.mark.promise("The same host with another scheme is another site")
+@pytest.mark.promise("so is the same host with another scheme")
 def test_a_page_by_another_scheme_is_another_site(web: Served) -> None:
     own = f"127.0.0.1:{web.port}"
     assert web.post("stop", headers={"origin": f"https://{own}"}).status == 403
@@ -185,7 +185,7 @@ def test_the_page_has_a_strict_policy_and_nothing_is_framed(web: Served) -> None
     assert web.get("status").headers["cache-control"] == "no-store"
 
 
-@pytest.mark.promise("other addresses need a token of at least 8 letters")
+@pytest.mark.promise("on another address it does not start without a token")
 def test_off_this_computer_only_with_a_token(chassis: Chassis) -> None:
     from woosh_pure import web
     from woosh_pure.web.server import WebServer

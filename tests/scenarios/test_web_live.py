@@ -229,7 +229,7 @@ def test_a_foreign_page_gets_no_connection(web: Served) -> None:
             PageClient(web.port, additional_headers=headers)
 
 
-@pytest.mark.promise("other addresses need a token of at least 8 letters")
+@pytest.mark.promise("admit clients by the same rules")
 def test_without_the_token_the_page_is_told_why(chassis: Chassis) -> None:
     with serving(chassis, token="a-long-secret") as web:
         with PageClient(web.port) as page:

@@ -94,7 +94,7 @@ def test_strangers_cannot_take_the_reserved_places() -> None:
     assert door.ended == []
 
 
-@pytest.mark.promise("a new connection replaces the one that has been idle for longest")
+@pytest.mark.promise("connection replaces the longest silent one")
 def test_a_newcomer_takes_the_place_of_the_most_silent_of_the_largest_crowd() -> None:
     door = Door(6, reserved=0, max_per_address=100)
     alone = door.admit(OWNER, 0.0)

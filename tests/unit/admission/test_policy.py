@@ -77,7 +77,7 @@ def test_only_our_own_page_may_change_something(origin: str | None, host: str, g
     assert (AdmissionPolicy().check_origin(origin, host, "http") is None) == good
 
 
-@pytest.mark.promise("The same host with another scheme is another site")
+@pytest.mark.promise("so is the same host with another scheme")
 @pytest.mark.parametrize("scheme", ["http", "ws", "https", "wss"])
 def test_the_same_host_by_another_scheme_is_another_site(scheme: str) -> None:
     own, other = ("https", "http") if scheme in ("https", "wss") else ("http", "https")
@@ -109,7 +109,7 @@ def test_an_origin_that_is_none_is_told_at_the_start(origin: str) -> None:
         AdmissionPolicy(origins=[origin])
 
 
-@pytest.mark.promise("other addresses need a token of at least 8 letters")
+@pytest.mark.promise("A token has at least 8 characters")
 @pytest.mark.parametrize(
     ("token", "text"),
     [("short", "at least 8"), ("", "at least 8"), ("päßwörter", "ASCII"), ("with blank", "ASCII")],
@@ -137,7 +137,7 @@ def test_who_guesses_is_slowed_down_and_nobody_else() -> None:
     assert access.check_token("correct-horse", "a", 0.0) is None, "who knows it is not locked out"
 
 
-@pytest.mark.promise("Pages of other sites are refused by their `Origin`")
+@pytest.mark.promise("is refused by its `Origin`")
 @pytest.mark.parametrize("origin", ["file://", "app://studio", "null"])
 def test_a_program_that_shows_pages_is_allowed_by_name_only(origin: str) -> None:
     assert AdmissionPolicy().check_origin(origin, "127.0.0.1", "ws") is not None

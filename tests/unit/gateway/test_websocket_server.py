@@ -127,7 +127,7 @@ def test_more_clients_than_allowed(serve: Serve) -> None:
         assert again.call("/rosapi/get_time")["result"]
 
 
-@pytest.mark.promise("A new connection replaces an unfinished one")
+@pytest.mark.promise("connection replaces the longest silent one")
 def test_connections_that_say_nothing_make_room_and_are_ended(serve: Serve) -> None:
     """The one that holds back longest goes first; the others when their time is over."""
     bridge = serve(limits=GatewayLimits(pending_handshakes=3, handshake_seconds=0.5))
@@ -183,7 +183,7 @@ def test_half_requests_of_one_address_lock_no_other_out(serve: Serve) -> None:
         assert viewer.makefile("rb").readline().split()[1] == b"101"
 
 
-@pytest.mark.promise("a request that comes at once is read before 40 later connections replace it")
+@pytest.mark.promise("a request to a gateway that comes at once is read before 40 later connections replace it")
 def test_a_crowd_that_comes_at_once_pushes_no_request_out() -> None:
     """From as many addresses as there are; all of them wait when the loop gets its turn."""
     pytest.importorskip("websockets", reason='websockets is not installed: pip install ".[bridge]"')
