@@ -210,7 +210,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "dynparam set": ("rosproto dynparam set /camera '{size: 20, enabled: false}'",),
     "bridge": (
         "rosproto bridge",
-        "rosproto bridge --bind 0.0.0.0 --token SECRET --allow-write 'topic:/chatter' --deny 'param:*'",
+        "rosproto bridge --bind 0.0.0.0 --token Kd83-hsa2-Pq --allow-write 'topic:/chatter' --deny 'param:*'",
     ),
     "run": ("rosproto run program.py _speed:=0.2",),
     "master": ("rosproto master --host 0.0.0.0 --advertise 169.254.128.20",),

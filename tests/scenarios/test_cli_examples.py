@@ -94,7 +94,7 @@ WAYS: dict[str, Way] = {
     "rosproto log echo --level warn --node '/move_base*'": Way(until="the way is blocked", code=130),
     "rosproto graph -o graph.svg": Way(writes=("graph.svg",)),
     "rosproto bridge": Way(until="ws://", more=("--port", "0")),
-    "rosproto bridge --bind 0.0.0.0 --token SECRET --allow-write 'topic:/chatter' --deny 'param:*'": Way(
+    "rosproto bridge --bind 0.0.0.0 --token Kd83-hsa2-Pq --allow-write 'topic:/chatter' --deny 'param:*'": Way(
         until="ws://", more=("--port", "0")
     ),
     "rosproto run program.py _speed:=0.2": Way(shows="speed 0.2"),
