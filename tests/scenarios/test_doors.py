@@ -197,7 +197,11 @@ def fresh(door: Door, graph: tuple[Chassis, Node], **options: Any) -> Iterator[i
 every_door = pytest.mark.parametrize("door", [pytest.param(door, id=name) for name, door in DOORS.items()])
 
 
-@pytest.mark.promise("admit clients by the same rules", "is refused by its `Origin`", "Other servers of this computer are other sites")
+@pytest.mark.promise(
+    "admit clients by the same rules",
+    "is refused by its `Origin`",
+    "Other servers of this computer are other sites",
+)
 @every_door
 @pytest.mark.parametrize("attempt", [pytest.param(one, id=name) for name, one in ATTEMPTS.items()])
 def test_every_door_answers_an_attempt_alike(

@@ -183,7 +183,9 @@ def test_half_requests_of_one_address_lock_no_other_out(serve: Serve) -> None:
         assert viewer.makefile("rb").readline().split()[1] == b"101"
 
 
-@pytest.mark.promise("a request to a gateway that comes at once is read before 40 later connections replace it")
+@pytest.mark.promise(
+    "a request to a gateway that comes at once is read before 40 later connections replace it"
+)
 def test_a_crowd_that_comes_at_once_pushes_no_request_out() -> None:
     """From as many addresses as there are; all of them wait when the loop gets its turn."""
     pytest.importorskip("websockets", reason='websockets is not installed: pip install ".[bridge]"')
