@@ -14,8 +14,8 @@ from rosproto.admission.policy import (
     Header,
     bearer_token,
     host_of,
-    normal_origin,
     port_of,
+    require_page_origin,
 )
 from rosproto.admission.token_bucket import MAX_ADDRESSES, AddressBuckets, TokenBucket
 
@@ -31,6 +31,6 @@ __all__ = [
     "TokenBucket",
     "bearer_token",
     "host_of",
-    "normal_origin",
     "port_of",
+    "require_page_origin",
 ]

@@ -197,10 +197,19 @@ class AdmissionPolicy:
         return AdmissionRefusal(HTTPStatus.TOO_MANY_REQUESTS, "too-many-tokens", text)
 
 
-def _require_origin(origin: str) -> str:
+def require_page_origin(origin: str) -> str:
+    """Return the normal form of a web page's origin.
+
+    Raises:
+        ValueError: It is not one.
+    """
     if found := normal_origin(origin):
         return found
-    if origin not in ("*", "null") and not _PROGRAM.fullmatch(origin):
-        text = "{origin!r} is not an origin; expected one like https://robot.example:8080"
-        raise ValueError(say(text, origin=origin))
-    return origin
+    text = "{origin!r} is not an origin; expected one like https://robot.example:8080"
+    raise ValueError(say(text, origin=origin))
+
+
+def _require_origin(origin: str) -> str:
+    if origin in ("*", "null") or _PROGRAM.fullmatch(origin):
+        return origin
+    return require_page_origin(origin)

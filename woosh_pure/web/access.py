@@ -16,8 +16,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from rosproto import admission
-from rosproto.admission import AddressBuckets, AdmissionPolicy, normal_origin, port_of
-from rosproto.sentence import say
+from rosproto.admission import AddressBuckets, AdmissionPolicy, port_of, require_page_origin
 from rosproto.text import printable
 from woosh_pure.web.http_errors import Problem
 
@@ -37,25 +36,13 @@ def cookies(header: str, name: str) -> list[str]:
 class AccessRules(AdmissionPolicy):
     """The access rules of one application: those of every server, log-ins, and the rate of commands.
 
-    Args:
-        token: The secret that every request must carry; with None, no request needs one.
-        origins: Origins whose pages may send requests, besides our own page, as "https://host:port". Their
-            host names are accepted as names of this server, too.
-        hosts: Further host names under which this server may be reached.
-
-    Raises:
-        ValueError: The token is too easy to guess, or an origin is not valid.
+    Origins are those of web pages only; other servers also let in programs, "null" and "*".
     """
 
     def __init__(
         self, token: str | None = None, origins: Iterable[str] = (), hosts: Iterable[str] = ()
     ) -> None:
-        origins = tuple(origins)
-        for origin in origins:
-            if not normal_origin(origin):  # other servers also let in programs, "null" and "*"
-                text = "{origin!r} is not an origin; expected one like https://robot.example:8080"
-                raise ValueError(say(text, origin=origin))
-        super().__init__(token, origins, hosts)
+        super().__init__(token, map(require_page_origin, origins), hosts)
         self._key = b"" if token is None else _key_of(token)
         self._commands = AddressBuckets(rate=5.0, burst=10.0)
 
