@@ -95,7 +95,7 @@ def run_web(args: Namespace, out: Output) -> int:
             token=token,
             allow_driving=args.allow_driving,
             origins=args.origin,
-            hosts=args.host_name,
+            hosts=[*args.host_name, args.bind],
             marks=_marks(args, out),
             recordings=args.recordings,
         )
