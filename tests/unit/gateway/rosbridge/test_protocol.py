@@ -511,7 +511,7 @@ def test_what_is_sent_in_fragments() -> None:
     "name",
     [
         *"rosbridge.action_mapping rosbridge.cbor rosbridge.fragments rosbridge.operations rosbridge.png".split(),
-        *"rosbridge.protocol json_writer values foxglove.messages admission".split(),
+        *"rosbridge.protocol json_writer values foxglove.messages handshake".split(),
     ],
 )
 def test_the_protocol_knows_no_sockets_threads_or_clocks(name: str) -> None:
