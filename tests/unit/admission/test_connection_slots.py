@@ -163,3 +163,13 @@ def test_whoever_is_known_finds_a_place_whatever_strangers_do(
             door.slots.request_begins(strangers[who % len(strangers)], now, authorized=False)
         assert len(door.slots) <= 8
     assert door.admit(address, now) is not None
+
+
+def test_all_that_are_left_are_dropped_at_the_end_and_none_for_its_silence_without_a_limit() -> None:
+    door = Door()
+    keys = [door.admit(STRANGER), door.admit(OWNER)]
+    door.slots.drop_silent(1e9)
+    assert door.ended == []
+    door.slots.drop_all()
+    assert door.ended == keys
+    assert (len(door.slots), door.slots.replaced) == (0, 0)
