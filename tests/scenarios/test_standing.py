@@ -70,7 +70,7 @@ def turn(sim: SimulatedChassis) -> Iterator[Callable[[float], None]]:
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
-@pytest.mark.promise("by measurements sent after the stop")
+@pytest.mark.promise("`chassis.stop()`, from any thread")
 def test_a_measurement_from_before_the_stop_does_not_show_that_it_stands(
     sim: SimulatedChassis,
     real_time: Callable[[], None],
@@ -99,7 +99,7 @@ def test_a_measurement_from_before_the_stop_does_not_show_that_it_stands(
     assert not wrong
 
 
-@pytest.mark.promise("by measurements sent after the stop")
+@pytest.mark.promise("`chassis.stop()`, from any thread")
 def test_in_a_slow_network_it_is_seen_to_stand_all_the_same(
     real_time: Callable[[], None], links: list[SlowLink], chassis: Chassis
 ) -> None:
