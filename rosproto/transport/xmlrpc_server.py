@@ -168,8 +168,8 @@ class XmlRpcServer:
     def answer(self, body: bytes, peer: Peer) -> bytes:
         """The response document for a call document; never raises for an error of the peer or the handler.
 
-        A large call takes seconds of processor time. Several at a time would delay the small ones of others by
-        all of that, because a thread waits for each running one whenever it continues; so they take turns.
+        A large call takes seconds of processor time. Several at a time would delay the small ones of others
+        by all of that, because a thread waits for each running one whenever it continues; so they take turns.
         """
         if len(body) < _LARGE_BYTES:
             return self._answer(body, peer)
