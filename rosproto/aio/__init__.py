@@ -14,6 +14,7 @@ from rosproto.aio.mailbox import Mailbox
 from rosproto.aio.node import Node, view
 from rosproto.aio.parameters import Parameters, ParameterSubscription
 from rosproto.aio.pool import Pool, notify
+from rosproto.aio.read_budget import BudgetedProtocol, ReadBudget
 from rosproto.aio.same_property import SameProperty
 from rosproto.aio.services import ServiceClient, ServiceServer
 from rosproto.aio.topics import Publisher, Subscriber
@@ -21,6 +22,7 @@ from rosproto.aio.topics import Publisher, Subscriber
 __all__ = [
     "ActionClient",
     "ActionServer",
+    "BudgetedProtocol",
     "GoalHandle",
     "Mailbox",
     "Node",
@@ -28,6 +30,7 @@ __all__ = [
     "Parameters",
     "Pool",
     "Publisher",
+    "ReadBudget",
     "SameProperty",
     "ServiceClient",
     "ServiceServer",

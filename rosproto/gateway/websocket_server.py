@@ -23,6 +23,7 @@ from typing import Any
 
 from rosproto.admission import AdmissionRefusal
 from rosproto.aio.pool import Pool, notify
+from rosproto.aio.read_budget import BudgetedProtocol, ReadBudget
 from rosproto.errors import LocalProtocolError, RosTimeout
 from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
@@ -157,6 +158,10 @@ class WebSocketServer:
 
     async def _main(self) -> None:
         limits = self.limits
+        budget = ReadBudget(self._log_flood)
+        connection_class = connection_type(
+            self._websockets.ServerConnection, self, WRITE_BUFFER + limits.answer_bytes
+        )
         # Its log about refused connections is not bounded: it is off.
         quiet = logging.Logger("websockets", logging.CRITICAL + 1)
         server = await self._websockets.serve(
@@ -167,8 +172,8 @@ class WebSocketServer:
             **({"ssl_handshake_timeout": limits.handshake_seconds} if self._tls is not None else {}),
             process_request=self._check_request,
             subprotocols=list(self._admission.subprotocols) or None,
-            create_connection=connection_type(
-                self._websockets.ServerConnection, self, WRITE_BUFFER + limits.answer_bytes
+            create_connection=lambda *given, **options: BudgetedProtocol(
+                budget, connection_class(*given, **options)
             ),
             compression=None,
             open_timeout=limits.handshake_seconds,
@@ -340,6 +345,16 @@ class WebSocketServer:
             longest,
         )
 
+    def _log_flood(self, transport: Any) -> None:
+        host, port, *_ = transport.get_extra_info("peername") or ("?", 0)
+        self.peer_log.warning(
+            "flood",
+            "! %s: %s:%s is cut off: it sends control frames all the time",
+            self._name,
+            host,
+            port,
+        )
+
     def _end_session(self, session: ClientSession) -> None:
         done: Future[None] = Future()
         self._leaving.add(done)
@@ -482,15 +497,16 @@ class _Transport:
 
     def __init__(self, transport: Any, most: int) -> None:
         self._transport, self._most = transport, most
+        self.is_closing, self.get_write_buffer_size = transport.is_closing, transport.get_write_buffer_size
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._transport, name)
 
     def write(self, data: Any) -> None:
         """Write; while the transport closes, drop the data."""
-        if self._transport.get_write_buffer_size() > self._most:
+        if self.get_write_buffer_size() > self._most:
             self._transport.abort()
-        if not self._transport.is_closing():
+        if not self.is_closing():
             self._transport.write(data)
 
 

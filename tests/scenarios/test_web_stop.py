@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -17,8 +18,10 @@ pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
+from tests.support.gateway_flood import Crowd, PageProcess
+from tests.support.load import crowd
 from tests.support.web import PageClient, Served, serving
-from woosh_pure import Chassis
+from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.web.middleware import MOST_BODY
 
 AT_ONCE = 1.0
@@ -317,3 +320,21 @@ def test_a_stop_over_the_connection_waits_for_nothing_that_was_asked_before(
             page.of("stop", n=1, state="done")
         finally:
             go_on.set()
+
+
+@pytest.mark.promise("a viewer that floods does not delay STOP, a zero or the end of a drive")
+@pytest.mark.slow
+@pytest.mark.parametrize("clients", [1, 63])
+@pytest.mark.parametrize("what", ["tiny invalid messages", "messages of 3000 frames", "pings", "pongs"])
+def test_a_viewer_that_floods_delays_no_stop(sim: SimulatedChassis, what: str, clients: int) -> None:
+    """The robot turns, and stands still as soon as it does with nobody else there; by its odometry."""
+    with Chassis(sim.master_uri) as chassis, PageProcess(sim.master_uri) as server:
+        web = Served(server.port)
+        with Crowd(server.port, what, clients, "/api/v1/live"):
+            chassis.rotate(60.0, several_turns=True)
+            until(lambda: abs(chassis.odometry.wait(timeout=20).velocity.wz) > 0.05, 30.0, "the turning")
+            began = time.monotonic()
+            answer = web.post("stop")
+            assert time.monotonic() - began < 2.0 * crowd()
+            assert answer.json["stands_still"] is True
+            assert abs(chassis.odometry.wait(timeout=20).velocity.wz) < 0.01

@@ -1,4 +1,4 @@
-"""A rosbridge gateway in a separate process, and many clients that send more than it can read.
+"""A rosbridge gateway, or the server of the page, in a separate process, and many clients that send more than it can read.
 
 The clients write prepared WebSocket frames to their sockets, in separate processes, so that only the gateway limits
 their rate.
@@ -16,7 +16,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-__all__ = ["PAYLOADS", "Crowd", "GatewayProcess"]
+__all__ = ["PAYLOADS", "Crowd", "GatewayProcess", "PageProcess"]
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -40,6 +40,16 @@ class _Child:
     def line(self) -> Any:
         assert self.process.stdout is not None
         return json.loads(self.process.stdout.readline())
+
+    def memory(self, figure: str = "VmHWM") -> int:
+        """The peak of resident bytes, or ("VmRSS") their number now; 0 if the system does not report it."""
+        try:
+            for line in Path(f"/proc/{self.process.pid}/status").read_text().splitlines():
+                if line.startswith(f"{figure}:"):
+                    return int(line.split()[1]) * 1024
+        except OSError:
+            pass
+        return 0
 
     def __exit__(self, *exc: object) -> None:
         assert self.process.stdin is not None
@@ -73,15 +83,20 @@ class GatewayProcess(_Child):
     def url(self) -> str:
         return f"ws://127.0.0.1:{self.port}"
 
-    def peak(self) -> int:
-        """The peak of resident bytes; 0 if the system does not report it."""
-        try:
-            for line in Path(f"/proc/{self.process.pid}/status").read_text().splitlines():
-                if line.startswith("VmHWM:"):
-                    return int(line.split()[1]) * 1024
-        except OSError:
-            pass
-        return 0
+
+class PageProcess(_Child):
+    """The server of `woosh web` for a chassis.
+
+    Attributes:
+        port: Where it listens.
+    """
+
+    def __init__(self, master_uri: str) -> None:
+        super().__init__(f"serve_page({master_uri!r})")
+        self.port: int = self.line()["port"]
+
+    def __enter__(self) -> PageProcess:
+        return self
 
 
 def serve(write: tuple[str, ...]) -> None:
@@ -98,6 +113,16 @@ def serve(write: tuple[str, ...]) -> None:
         sys.stdin.read()
 
 
+def serve_page(master_uri: str) -> None:
+    """The process of the page's server."""
+    from woosh_pure import Chassis, web
+    from woosh_pure.web.server import WebServer
+
+    with Chassis(master_uri) as chassis, WebServer(web.app(chassis), port=0) as server:
+        print(json.dumps({"port": server.port}), flush=True)
+        sys.stdin.read()
+
+
 def frame(data: bytes) -> bytes:
     """A client's text frame, masked with zeros."""
     size = len(data)
@@ -108,6 +133,16 @@ def frame(data: bytes) -> bytes:
     else:
         head = bytes([0x81, 0x80 | 127]) + size.to_bytes(8, "big")
     return head + bytes(4) + data
+
+
+def control(opcode: int, data: bytes = b"") -> bytes:
+    """A client's control frame, or a fragment that is not the last one, masked with zeros."""
+    return bytes([opcode, 0x80 | len(data)]) + bytes(4) + data
+
+
+def _message_of_frames(count: int) -> bytes:
+    """A message of empty frames."""
+    return control(0x01) + control(0x00) * (count - 2) + control(0x80)
 
 
 def _publish(data: str) -> bytes:
@@ -138,6 +173,14 @@ PAYLOADS = {
     ),
     "fragments": lambda: _fragments(_publish("[" + "0.123456," * 95_000 + "0]")),
     "tiny messages": lambda: frame(_publish('{"data":"x"}')) * 20_000,
+    "tiny invalid messages": lambda: frame(b"x") * 40_000,
+    "messages of 3000 frames": lambda: _message_of_frames(3000) * 20,
+    "pings": lambda: control(0x89) * 40_000,
+    "pings of 125 bytes": lambda: control(0x89, b"x" * 125) * 8_000,
+    "pongs": lambda: control(0x8A) * 40_000,
+    "raw types": lambda: (
+        frame(b'{"op":"call_service","service":"/rosapi/topics_and_raw_types","id":"raw"}') * 100
+    ),
 }
 """What one client sends again and again."""
 
@@ -145,8 +188,8 @@ PAYLOADS = {
 class Crowd(_Child):
     """Clients that send one of `PAYLOADS` without end, and connect again when they are cut off."""
 
-    def __init__(self, port: int, what: str, clients: int) -> None:
-        super().__init__(f"flood({port}, {what!r}, {clients})")
+    def __init__(self, port: int, what: str, clients: int, path: str = "/") -> None:
+        super().__init__(f"flood({port}, {what!r}, {clients}, {path!r})")
         assert self.line() == "begun"
 
     def __enter__(self) -> Crowd:
@@ -154,21 +197,24 @@ class Crowd(_Child):
 
 
 class _Client:
-    def __init__(self, port: int, payload: bytes) -> None:
+    def __init__(self, port: int, payload: bytes, path: str) -> None:
         self._port = port
+        self._path = path
         self._payload = payload
         self._begin()
 
     def _begin(self) -> None:
         self.socket = socket.create_connection(("127.0.0.1", self._port), 20)
         self.socket.sendall(
-            b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            f"GET {self._path} HTTP/1.1\r\n".encode()
+            + b"Host: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             b"Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\nSec-WebSocket-Version: 13\r\n\r\n"
         )
         self.socket.settimeout(20)
         self.socket.recv(4096)
-        advertise = b'{"op":"advertise","topic":"/flood","type":"geometry_msgs/PoseArray"}'
-        self.socket.sendall(frame(advertise))
+        if self._path == "/":  # of a rosbridge server
+            advertise = b'{"op":"advertise","topic":"/flood","type":"geometry_msgs/PoseArray"}'
+            self.socket.sendall(frame(advertise))
         self.socket.setblocking(False)
         self._left = memoryview(self._payload)
 
@@ -195,11 +241,11 @@ class _Client:
         self._begin()
 
 
-def flood(port: int, what: str, clients: int) -> None:
+def flood(port: int, what: str, clients: int, path: str) -> None:
     """The clients' process."""
     payload = PAYLOADS[what]()
     with ExitStack():
-        crowd = [_Client(port, payload) for _ in range(clients)]
+        crowd = [_Client(port, payload, path) for _ in range(clients)]
         print(json.dumps("begun"), flush=True)
         while True:
             sockets = {client.socket.fileno(): client for client in crowd}

@@ -18,7 +18,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from rosproto.admission import ConnectionSlots, Key
-from rosproto.logs import get_logger
+from rosproto.logs import PeerLog, get_logger
 from rosproto.sentence import say
 from rosproto.transport import make_uri, reuse_address
 
@@ -31,6 +31,7 @@ PONG_SECONDS = 4.0
 of a radio link, and shorter than the six seconds after which the page connects again."""
 
 _logger = get_logger("woosh_pure.web")
+_peer_log = PeerLog("woosh_pure.web")
 _NO_LINGER = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 START_SECONDS, LEAVE_SECONDS, END_SECONDS = 10.0, 0.6, 3.0
 """Time for the server to start; for clients to receive the rest and disconnect; and for the server to end."""
@@ -131,7 +132,8 @@ class WebServer:
         require()
         import uvicorn
 
-        from woosh_pure.web.websocket_protocol import LimitedWebSocketProtocol
+        from rosproto.aio import ReadBudget
+        from woosh_pure.web.websocket_protocol import LimitedWebSocketProtocol, budgeted
 
         self.app = app
         app.state.context.access.require_token_at(bind)
@@ -147,7 +149,7 @@ class WebServer:
         self.url = make_uri(shown, self.port, self.scheme)
         config = uvicorn.Config(
             app,
-            http="h11",
+            http=budgeted(ReadBudget(_log_flood, share=0.25)),
             ws=LimitedWebSocketProtocol,
             lifespan="off",
             log_level="warning",
@@ -221,6 +223,11 @@ class WebServer:
             self._server.force_exit = True
             self._thread.join(END_SECONDS)
         self._socket.close()
+
+
+def _log_flood(transport: Any) -> None:
+    host, port, *_ = transport.get_extra_info("peername") or ("?", 0)
+    _peer_log.warning("flood", "! %s:%s is cut off: it sends what is no message all the time", host, port)
 
 
 def _check_tls(cert: str | Path, key: str | Path | None) -> None:

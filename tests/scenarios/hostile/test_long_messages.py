@@ -84,9 +84,9 @@ def test_zero_is_in_time_while_clients_send_all_they_can(what: str, clients: int
             driver.abort()
             took["left"] = [robot.when(0.0, left)]
         worst = {how: round(max(times), 3) for how, times in took.items()}
-        print(f"{what}, {clients} clients: {worst} s, {gateway.peak() / 1e6:.0f} MB", file=sys.stderr)
+        print(f"{what}, {clients} clients: {worst} s, {gateway.memory() / 1e6:.0f} MB", file=sys.stderr)
         assert max(worst.values()) < in_time, worst
-        assert gateway.peak() < MOST_MEMORY
+        assert gateway.memory() < MOST_MEMORY
 
 
 @pytest.mark.promise("Requests that a client sent before its connection was reset are dropped")
