@@ -92,6 +92,9 @@ def test_more_overlapping_chunks_than_the_memory_budget(monkeypatch):
     assert plain(bag.read_messages(raw=True)) == encoded(what)
 
 
+@pytest.mark.promise(
+    "are merged in 64 MB of memory for chunks", "they are read again for each 64 MB of messages at most"
+)
 @pytest.mark.parametrize("chunk_bytes", [700, 3000])
 def test_chunks_that_all_overlap_are_read_a_few_times(monkeypatch, chunk_bytes):
     """Not once for each message: a small lz4 bag would take hours. Messages and their positions are the same."""

@@ -130,6 +130,7 @@ def test_an_action_and_its_topics_are_hidden_together(part: str) -> None:
     assert Access(deny=[f"topic:/walk/{part}"], write=["*"]).may_write("action", "/walk") is not None
 
 
+@pytest.mark.promise("open only what they match")
 def test_allow_and_write_open_only_what_they_match() -> None:
     """What is below needs a pattern of its own."""
     access = Access(allow=["/walk"], write=["/walk"])

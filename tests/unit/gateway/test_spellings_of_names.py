@@ -161,7 +161,7 @@ def denied(name: str) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.promise("are neither read, nor written, nor listed", "in any spelling")
+@pytest.mark.promise("are neither read, nor written, nor listed")
 @SLOW
 @given(TRIED.filter(denied))
 def test_rosbridge(world: World, name: str) -> None:
@@ -184,7 +184,7 @@ def test_rosbridge(world: World, name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.promise("are neither read, nor written, nor listed", "in any spelling")
+@pytest.mark.promise("are neither read, nor written, nor listed")
 @SLOW
 @given(TRIED.filter(denied), st.sampled_from(["std_msgs/String", "my/Own"]))
 def test_foxglove(world: World, name: str, kind: str) -> None:

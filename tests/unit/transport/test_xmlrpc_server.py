@@ -457,13 +457,21 @@ def test_large_requests_wait_for_each_other_and_hold_up_no_small_one(monkeypatch
 
 
 def test_a_large_request_does_not_wait_for_ever() -> None:
-    """It gets a fault when others take too long."""
-    limits = Limits(idle_seconds=0.05)
-    with XmlRpcServer("127.0.0.1", 0, dispatch, name="test", limits=limits) as server:
-        large = xmlrpc.encode_call("echo", ["x" * (1 << 20)])
-        server._large.acquire()
+    """It gets a fault when another one takes too long."""
+    begun, go = threading.Event(), threading.Event()
+
+    def answer(method: str, params: list[object], peer: Peer) -> object:
+        begun.set()
+        return go.wait(SOON)
+
+    with XmlRpcServer("127.0.0.1", 0, answer, name="test", limits=Limits(idle_seconds=0.05)) as server:
+        large = xmlrpc.encode_call("large", ["x" * (1 << 20)])
+        first = threading.Thread(target=server.answer, args=(large, Peer("x")))
+        first.start()
         try:
+            assert begun.wait(SOON)
             assert b"try again later" in server.answer(large, Peer("x"))
         finally:
-            server._large.release()
+            go.set()
+            first.join(SOON)
         assert b"try again later" not in server.answer(large, Peer("x"))
