@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
-from rosproto.bag.bag_file import BagFile, BagLimits, Scanning, system_errors
-from rosproto.bag.chunk import chunk_header, read_index_times
+from rosproto.bag.bag_file import BagFile, BagLimits, Scanning, Unreachable, system_errors
+from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk, read_index_times
 from rosproto.bag.index_section import open_index
 from rosproto.bag.inputs import Stamp, to_ns
+from rosproto.bag.message_offsets import MessageTable
 from rosproto.bag.messages import Decoders, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
-from rosproto.bag.time_order import Batch, ChunkMessages, TimeOrderedReader
+from rosproto.bag.time_order import Batch, ChunkMessages, ReadAhead, merged, overlapping, runs_of
 from rosproto.codec import Message
+from rosproto.errors import BagError
 from rosproto.time import Time
 
 if TYPE_CHECKING:
@@ -48,7 +50,7 @@ class Compression:
     plain_bytes: int
 
 
-class BagReader(TimeOrderedReader):
+class BagReader:
     """A bag, opened for reading.
 
     Opening reads the table of contents only. A bag without a usable one (never closed, cut off, damaged) is
@@ -335,13 +337,131 @@ class BagReader(TimeOrderedReader):
         self._topic(topic)
         return to_arrow(self, topic, fields, start_time, end_time)
 
+    def runs(
+        self, wanted: Collection[int], low: int | None = None, high: int | None = None
+    ) -> Iterator[ChunkMessages]:
+        """All messages of these connections, for callers that need bytes, not objects.
+
+        Args:
+            wanted: Ids of connections.
+            low: Earliest receive time, ns.
+            high: Latest receive time, ns.
+
+        Raises:
+            BagError: A chunk is damaged, and `skip_damaged` is false.
+        """
+        order = self._chunks_of(wanted, low, high)
+        ahead = ReadAhead(self._read_chunk, order, self._spans)
+        for numbers in overlapping(order):
+            if len(numbers) == 1:
+                take = partial(ahead.take, numbers[0])
+                run = self._run(order[numbers[0]], take, wanted, low, high)
+                if run is not None:
+                    yield run
+                del run  # the next chunk reuses the memory, still in the cache
+                continue
+            for batch in self._merged(ahead, numbers, order, wanted, low, high):
+                yield from runs_of(batch)
+
     def batches(self, topic: str) -> Iterator[Batch]:
         """Locations of a topic's messages, chunk by chunk, for callers that need bytes, not objects.
 
         Raises:
             BagError: A chunk is damaged (see `skip_damaged`).
         """
-        return self._batches(self._wanted(topic, None), None, None)
+        wanted = self._wanted(topic, None)
+        order = self._chunks_of(wanted, None, None)
+        ahead = ReadAhead(self._read_chunk, order, self._spans)
+        return self._merged(ahead, range(len(order)), order, wanted, None, None)
+
+    def _run(
+        self,
+        info: ChunkInfo,
+        read: Callable[[], ChunkData],
+        wanted: Collection[int],
+        low: int | None,
+        high: int | None,
+    ) -> ChunkMessages | None:
+        """The messages of a chunk, in time order; None if it is damaged and skipped."""
+        self._source.check_open()
+        try:
+            data = read()
+            places = data.places(wanted, low, high)
+        except BagError as problem:
+            self._skipped(info, problem)
+            return None
+        return ChunkMessages(data.info, data.blob, data.base, places)
+
+    def _merged(
+        self,
+        ahead: ReadAhead,
+        numbers: Sequence[int],
+        order: Sequence[ChunkInfo],
+        wanted: Collection[int],
+        low: int | None,
+        high: int | None,
+    ) -> Iterator[Batch]:
+        def load(number: int) -> ChunkData | None:
+            self._source.check_open()
+            try:
+                return ahead.take(number)
+            except BagError as problem:
+                self._skipped(order[number], problem)
+                return None
+
+        return merged(order, numbers, load, lambda data: self._select(data, wanted, low, high))
+
+    def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
+        """Chunks that have wanted messages, by start time."""
+        chunks = [
+            c
+            for c in self.chunks
+            if (low is None or c.end >= low)
+            and (high is None or c.start <= high)
+            and not c.counts.keys().isdisjoint(wanted)
+        ]
+        return sorted(chunks, key=lambda c: (c.start, c.pos))
+
+    def _read_chunk(self, info: ChunkInfo, most: int | None = None) -> ChunkData:
+        """Read a chunk of at most `most` bytes, in any thread.
+
+        Raises:
+            BagError: The chunk is damaged or larger.
+        """
+        return read_chunk(self._source, info, self._spans[info.pos], most=most)
+
+    def _rows(self, info: ChunkInfo, wanted: Collection[int]) -> MessageTable | None:
+        """A chunk's wanted messages; None if it is damaged and skipped."""
+        self._source.check_open()
+        try:
+            data = self._read_chunk(info)
+        except BagError as problem:
+            self._skipped(info, problem)
+            return None
+        return self._select(data, wanted, None, None)
+
+    def _select(
+        self, data: ChunkData, wanted: Collection[int], low: int | None, high: int | None
+    ) -> MessageTable | None:
+        try:
+            return data.rows(wanted).between(low, high)
+        except BagError as problem:
+            self._skipped(data.info, problem)
+            return None
+
+    def _skipped(self, info: ChunkInfo, problem: BagError) -> None:
+        if isinstance(problem, Unreachable):
+            raise problem
+        if not self._skip:
+            raise BagError(
+                f"the chunk at byte {info.pos} cannot be read: {problem}; BagReader(..., skip_damaged=True) "
+                "goes on without it, rosproto.bag.recover saves what can be saved",
+                path=self.path,
+                offset=info.pos,
+            ) from problem
+        note = f"the chunk at byte {info.pos} is damaged and left out: {problem}"
+        if note not in self.damage:
+            self.damage.append(note)
 
     def _topic(self, topic: str) -> TopicInfo:
         try:

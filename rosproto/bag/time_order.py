@@ -10,15 +10,14 @@ as the budget, so that a bag whose chunks all overlap is unpacked once for each 
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosproto.bag.bag_file import BagFile, Unreachable
-from rosproto.bag.chunk import ChunkData, read_chunk
+from rosproto.bag.chunk import ChunkData
 from rosproto.bag.compression import keep_freed_memory
 from rosproto.bag.message_offsets import MessageLocation, MessageTable
 from rosproto.bag.records import ChunkInfo
@@ -69,156 +68,39 @@ class Batch:
     offsets: NDArray[np.int64] | None = None
 
 
-class TimeOrderedReader:
-    """Reads chunks in time order; the fields are those of `BagReader`."""
+def merged(
+    order: Sequence[ChunkInfo],
+    numbers: Sequence[int],
+    load: Callable[[int], ChunkData | None],
+    select: Callable[[ChunkData], MessageTable | None],
+) -> Iterator[Batch]:
+    """Messages of chunks that may overlap, in time order; those of equal time in file order.
 
-    _source: BagFile
-    _spans: dict[int, int]
-    _skip: bool
-    path: str | None
-    chunks: tuple[ChunkInfo, ...]
-    damage: list[str]
-    _lost: bool  # a scan, in place of the index, omitted messages
-
-    def runs(
-        self, wanted: Collection[int], low: int | None = None, high: int | None = None
-    ) -> Iterator[ChunkMessages]:
-        """All messages of these connections, for callers that need bytes, not objects.
-
-        Args:
-            wanted: Ids of connections.
-            low: Earliest receive time, ns.
-            high: Latest receive time, ns.
-
-        Raises:
-            BagError: A chunk is damaged, and `skip_damaged` is false.
-        """
-        order = self._chunks_of(wanted, low, high)
-        ahead = ReadAhead(self._read_chunk, order, self._spans)
-        for numbers in _overlapping(order):
-            if len(numbers) == 1:
-                take = partial(ahead.take, numbers[0])
-                run = self._run(order[numbers[0]], take, wanted, low, high)
-                if run is not None:
-                    yield run
-                del run  # the next chunk reuses the memory, still in the cache
-                continue
-            for batch in self._merged(ahead, numbers, order, wanted, low, high):
-                yield from runs_of(batch)
-
-    def _run(
-        self,
-        info: ChunkInfo,
-        read: Callable[[], ChunkData],
-        wanted: Collection[int],
-        low: int | None,
-        high: int | None,
-    ) -> ChunkMessages | None:
-        """The messages of a chunk, in time order; None if it is damaged and skipped."""
-        self._source.check_open()
-        try:
-            data = read()
-            places = data.places(wanted, low, high)
-        except BagError as problem:
-            self._skipped(info, problem)
-            return None
-        return ChunkMessages(data.info, data.blob, data.base, places)
-
-    def _batches(self, wanted: Collection[int], low: int | None, high: int | None) -> Iterator[Batch]:
-        order = self._chunks_of(wanted, low, high)
-        ahead = ReadAhead(self._read_chunk, order, self._spans)
-        return self._merged(ahead, range(len(order)), order, wanted, low, high)
-
-    def _merged(
-        self,
-        ahead: ReadAhead,
-        numbers: Sequence[int],
-        order: Sequence[ChunkInfo],
-        wanted: Collection[int],
-        low: int | None,
-        high: int | None,
-    ) -> Iterator[Batch]:
-        """Messages of chunks that may overlap, in time order; those of equal time in file order."""
-
-        def load(number: int) -> ChunkData | None:
-            self._source.check_open()
-            try:
-                return ahead.take(number)
-            except BagError as problem:
-                self._skipped(order[number], problem)
-                return None
-
-        held = _ChunkCache(order, load)
-        waiting: list[_PendingMessages] = []
-        patience = 0  # chunks until the waiting ones are looked through again: their number may be large
-        for number in numbers:
-            data = load(number)
-            rows = None if data is None else self._select(data, wanted, low, high)
-            if data is not None and rows is not None and len(rows.conn):
-                held.put(number, data)
-                rows = rows.in_time_order()
-                waiting.append(_PendingMessages(number, rows, rows.time, len(data.blob)))
-            data = None
-            limit = order[number + 1].start if number + 1 in numbers else None
-            patience -= 1
-            if limit is not None and patience > 0:
-                continue
-            if limit is None or _pays(waiting, limit):
-                due, waiting = _release(waiting, limit)
-                yield from _batches_of(due, waiting, held)
-            patience = len(waiting) // 8
-
-    def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
-        """Chunks that have wanted messages, by start time."""
-        chunks = [
-            c
-            for c in self.chunks
-            if (low is None or c.end >= low)
-            and (high is None or c.start <= high)
-            and not c.counts.keys().isdisjoint(wanted)
-        ]
-        return sorted(chunks, key=lambda c: (c.start, c.pos))
-
-    def _read_chunk(self, info: ChunkInfo, most: int | None = None) -> ChunkData:
-        """Read a chunk of at most `most` bytes, in any thread.
-
-        Raises:
-            BagError: The chunk is damaged or larger.
-        """
-        return read_chunk(self._source, info, self._spans[info.pos], most=most)
-
-    def _rows(self, info: ChunkInfo, wanted: Collection[int]) -> MessageTable | None:
-        """A chunk's wanted messages; None if it is damaged and skipped."""
-        self._source.check_open()
-        try:
-            data = self._read_chunk(info)
-        except BagError as problem:
-            self._skipped(info, problem)
-            return None
-        return self._select(data, wanted, None, None)
-
-    def _select(
-        self, data: ChunkData, wanted: Collection[int], low: int | None, high: int | None
-    ) -> MessageTable | None:
-        try:
-            return data.rows(wanted).between(low, high)
-        except BagError as problem:
-            self._skipped(data.info, problem)
-            return None
-
-    def _skipped(self, info: ChunkInfo, problem: BagError) -> None:
-        if isinstance(problem, Unreachable):
-            raise problem
-        if not self._skip:
-            raise BagError(
-                f"the chunk at byte {info.pos} cannot be read: {problem}; BagReader(..., skip_damaged=True) "
-                "goes on without it, rosproto.bag.recover saves what can be saved",
-                path=self.path,
-                offset=info.pos,
-            ) from problem
-        note = f"the chunk at byte {info.pos} is damaged and left out: {problem}"
-        if note not in self.damage:
-            self.damage.append(note)
+    Args:
+        order: Chunks by start time.
+        numbers: Those to merge: consecutive numbers in the order.
+        load: Reads the chunk with a number; None for one that is left out.
+        select: Returns a chunk's messages to yield; None to leave it out.
+    """
+    held = _ChunkCache(order, load)
+    waiting: list[_PendingMessages] = []
+    patience = 0  # chunks until the waiting ones are looked through again: their number may be large
+    for number in numbers:
+        data = load(number)
+        rows = None if data is None else select(data)
+        if data is not None and rows is not None and len(rows.conn):
+            held.put(number, data)
+            rows = rows.in_time_order()
+            waiting.append(_PendingMessages(number, rows, rows.time, len(data.blob)))
+        data = None
+        limit = order[number + 1].start if number + 1 in numbers else None
+        patience -= 1
+        if limit is not None and patience > 0:
+            continue
+        if limit is None or _pays(waiting, limit):
+            due, waiting = _release(waiting, limit)
+            yield from _batches_of(due, waiting, held)
+        patience = len(waiting) // 8
 
 
 def runs_of(batch: Batch) -> Iterator[ChunkMessages]:
@@ -246,7 +128,7 @@ def runs_of(batch: Batch) -> Iterator[ChunkMessages]:
 # -- chunks that overlap in time -----------------------------------------------------------------------------
 
 
-def _overlapping(order: Sequence[ChunkInfo]) -> Iterator[range]:
+def overlapping(order: Sequence[ChunkInfo]) -> Iterator[range]:
     """Groups of chunks that must be merged, by their numbers in the order of start time."""
     first, latest = 0, -1
     for number, info in enumerate(order):

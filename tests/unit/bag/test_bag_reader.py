@@ -10,7 +10,7 @@ from struct import pack
 import numpy as np
 import pytest
 
-from rosproto.bag import BagReader, BagWriter, Connection, reindex, time_order
+from rosproto.bag import BagReader, BagWriter, Connection, reader, reindex, time_order
 from rosproto.bag.records import MAGIC, FileHeader, encode_fields
 from rosproto.codec import define, encode, message_class
 from rosproto.errors import BagError
@@ -102,10 +102,8 @@ def test_chunks_that_all_overlap_are_read_a_few_times(monkeypatch, chunk_bytes):
     made = bag_bytes([what[i * 97 % 2000] for i in range(2000)], "lz4", chunk_bytes=chunk_bytes)
     expected = [(topic, message, stamp) for topic, message, stamp in read(made).read_messages(raw=True)]
     reads = []
-    real = time_order.read_chunk
-    monkeypatch.setattr(
-        time_order, "read_chunk", lambda *args, **more: reads.append(args) or real(*args, **more)
-    )
+    real = reader.read_chunk
+    monkeypatch.setattr(reader, "read_chunk", lambda *args, **more: reads.append(args) or real(*args, **more))
     monkeypatch.setattr(time_order, "BUDGET_BYTES", 100_000)
     bag = read(made)
     assert list(bag.read_messages(raw=True)) == expected
