@@ -6,6 +6,7 @@ field is a string.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
@@ -58,6 +59,7 @@ class Rosapi:
     def __init__(self, node: Node, access: Access, *, timeout: float = CALL_SECONDS) -> None:
         self._node = node
         self._timeout = timeout
+        self._raw_types_turn = threading.Lock()
         visible = Visible(access)
         self._definitions = Definitions(node, visible)
         self.services: dict[str, str] = {}
@@ -140,8 +142,16 @@ class Rosapi:
         return list(topics), list(topics.values())
 
     def _raw_types(self, deadline: Deadline) -> tuple[object, ...]:
-        topics = self._graph.topics(deadline)
-        texts = {kind: self._definitions.full_text(kind, deadline) for kind in set(topics.values()) if kind}
+        # One at a time: sixty threads that make texts leave the server's loop a sixtieth of the interpreter.
+        if not self._raw_types_turn.acquire(timeout=deadline.remaining() or 0.0):
+            raise deadline.error("the answers to other clients")
+        try:
+            topics = self._graph.topics(deadline)
+            texts = {
+                kind: self._definitions.full_text(kind, deadline) for kind in set(topics.values()) if kind
+            }
+        finally:
+            self._raw_types_turn.release()
         return list(topics), list(topics.values()), [texts.get(kind, "") for kind in topics.values()]
 
     def _time(self) -> Values:
