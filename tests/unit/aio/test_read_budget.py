@@ -105,6 +105,7 @@ def test_bytes_arrive_whole_and_in_order_in_growing_pieces(clock: Clock) -> None
     in_loop(test)
 
 
+@pytest.mark.promise("for five milliseconds at a time and half of the server's time")
 def test_what_is_expensive_is_read_in_turns_and_its_transport_is_paused_meanwhile(clock: Clock) -> None:
     async def test() -> None:
         parser = Parser(clock, cost=1e-6)
@@ -119,6 +120,7 @@ def test_what_is_expensive_is_read_in_turns_and_its_transport_is_paused_meanwhil
     in_loop(test)
 
 
+@pytest.mark.promise("bytes of a client that sends little are parsed before those of one that floods")
 def test_one_that_sends_little_comes_before_those_that_flood(clock: Clock) -> None:
     """Its bytes are the next that are parsed, though sixty-three others wait."""
 
@@ -161,6 +163,8 @@ def test_a_protocol_that_pauses_gets_nothing_until_it_resumes_and_then_not_at_on
     in_loop(test)
 
 
+@pytest.mark.promise("a client that sends control frames alone, for half a second of parsing")
+@pytest.mark.promise("One that sends what is no message, for half a second of parsing")
 def test_who_sends_no_message_for_too_long_is_cut_off(clock: Clock) -> None:
     async def test() -> None:
         ended: list[Any] = []
