@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -62,16 +63,24 @@ class ConnectionSlots:
     def __len__(self) -> int:
         return len(self._slots)
 
-    def admit(self, key: Key, end: Callable[[], object], now: float) -> bool:
-        """Give a new connection a slot. False if there is none."""
+    def admit(self, key: Key, end: Callable[[], object], now: float, max_slots: int = sys.maxsize) -> bool:
+        """Give a new connection a slot. False if there is none.
+
+        Args:
+            key: The connection.
+            end: Closes it.
+            now: The time.
+            max_slots: How many slots there may be now: fewer than usual when few files are left.
+        """
         self.drop_silent(now)
         address, known = key[0], self._is_known(key[0], now)
         own = sum(other[0] == address for other in self._slots)
         if not known and own >= self._max_per_address and not self._replace(address):
             return False
-        slots = self._max_slots if known else self._max_slots - self._reserved
-        if len(self._slots) >= slots and not self._replace():
-            return False
+        slots = min(max_slots, self._max_slots if known else self._max_slots - self._reserved)
+        while len(self._slots) >= slots:
+            if not self._replace():
+                return False
         self._slots[key] = _Slot(now, end)
         return True
 

@@ -12,6 +12,7 @@ from collections import Counter
 from typing import Any
 
 from rosproto.admission import ConnectionSlots, Key
+from rosproto.transport.os_errors import max_connections
 from rosproto.transport.tcp import reuse_address
 
 READ_BUFFER = 64 << 10
@@ -51,6 +52,7 @@ class Listener(socket.socket):
             self.close()
             raise
         self.slots, self._refused = ConnectionSlots(max_pending), refused
+        self.open_ones: set[int] = set()  # descriptors of all connections, clients included
 
     def accept(self) -> tuple[socket.socket, Any]:
         """Accept a connection; a later one may replace it before it is read."""
@@ -60,7 +62,10 @@ class Listener(socket.socket):
         connection = _Accepted(self.family, self.type, socket.IPPROTO_TCP, fileno=accepted.detach())
         connection.listener, connection.key = self, key_of(address)
         replaced = self.slots.replaced
-        self.slots.admit(connection.key, connection.end, time.monotonic())  # always: each slot is replaceable
+        most = max_connections(connection.fileno(), self.open_ones) - len(self.open_ones) + len(self.slots)
+        self.open_ones.add(connection.fileno())
+        # Always admitted: each slot is replaceable.
+        self.slots.admit(connection.key, connection.end, time.monotonic(), max(AT_ONCE, most))
         if self.slots.replaced > replaced:
             self._refused["too many handshakes at a time"] += 1
         return connection, address
@@ -85,6 +90,7 @@ class _Accepted(socket.socket):
             pass  # it has ended already
 
     def close(self) -> None:
+        self.listener.open_ones.discard(self.fileno())
         super().close()
         self.listener.closed(self)
 

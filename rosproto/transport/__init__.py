@@ -5,7 +5,7 @@ from __future__ import annotations
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline, next_item
-from rosproto.transport.os_errors import allow_open_files
+from rosproto.transport.os_errors import allow_open_files, max_connections
 from rosproto.transport.own_address import local_address_towards
 from rosproto.transport.robot_host_names import HostNames, hosts_advice, parse_host_names
 from rosproto.transport.tcp import reuse_address
@@ -29,6 +29,7 @@ __all__ = [
     "is_loopback",
     "local_address_towards",
     "make_uri",
+    "max_connections",
     "next_item",
     "parse_host_names",
     "parse_uri",

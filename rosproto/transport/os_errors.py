@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import errno
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.sentence import both, led, say
 from rosproto.transport.deadline import Deadline
+
+if sys.platform != "win32":  # with this module: later, no file may be left to read it from
+    import resource
 
 _REFUSED = {errno.ECONNREFUSED, 10061}  # 100xx: Windows' own numbers
 _UNREACHABLE = {errno.ENETUNREACH, errno.EHOSTUNREACH, errno.ENETDOWN, 10051, 10065, 10050}
@@ -130,12 +133,29 @@ def open_file_limit() -> int | None:
     """How many files this process may have open; None if there is no limit, or it is unknown."""
     if sys.platform == "win32":
         return None
-    try:
-        import resource
-    except (ImportError, OSError):
-        return None  # no file is left to read the module from
     soft = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     return None if soft == resource.RLIM_INFINITY else soft
+
+
+RESERVED_FILES = 64
+"""Files that peers may not use up: a process needs some for links to its robot, and for a stop. At most a
+quarter of all files is reserved."""
+_MIN_CONNECTIONS = 8
+
+
+def max_connections(newest: int, connections: Collection[int]) -> int:
+    """How many connections a server may have open, so that `RESERVED_FILES` stay free.
+
+    Args:
+        newest: Descriptor of a connection that was just accepted. Systems give the lowest free number, so all
+            lower ones are in use.
+        connections: Descriptors of the open connections of this server.
+    """
+    limit = open_file_limit()
+    if limit is None:
+        return sys.maxsize
+    others = newest - sum(each < newest for each in connections)
+    return max(_MIN_CONNECTIONS, limit - min(RESERVED_FILES, limit // 4) - others)
 
 
 def allow_open_files(count: int) -> None:
@@ -145,8 +165,6 @@ def allow_open_files(count: int) -> None:
     """
     if sys.platform == "win32":
         return
-    import resource
-
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     unlimited = resource.RLIM_INFINITY
     if soft == unlimited or soft >= count:

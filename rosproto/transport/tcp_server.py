@@ -6,8 +6,8 @@ A connection is in one of three states. *Pending*: accepted, its handshake not f
 handler called `established`. *Idle*: the handler called `idle`; it is kept open for a next request. When too
 many are pending, the oldest pending one is dropped: a normal handshake takes milliseconds, so the oldest is
 the one that stalls. When the limit of connections is reached, the longest idle one is dropped; if none is
-idle, the new one is refused. When the system runs out of files earlier, the oldest pending one is dropped, or
-else the longest idle one.
+idle, the new one is refused. When the process has few files left (`max_connections`), or none, the oldest
+pending one is dropped, or else the longest idle one.
 """
 
 from __future__ import annotations
@@ -26,7 +26,12 @@ from rosproto.logs import get_logger
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.forking import close_in_forked_children, is_forked_child
-from rosproto.transport.os_errors import connection_is_over, interpreter_shuts_down, is_out_of_files
+from rosproto.transport.os_errors import (
+    connection_is_over,
+    interpreter_shuts_down,
+    is_out_of_files,
+    max_connections,
+)
 from rosproto.transport.tcp import bind_beside, interrupt, listen, open_selector, tune, wake_pair
 from rosproto.transport.uri import format_address
 
@@ -257,7 +262,7 @@ class TcpServer:
             daemon=True,
         )
         with self._lock:
-            if self._closing.is_set() or not self._make_room():
+            if self._closing.is_set() or not self._make_room(sock):
                 return False
             # started with the lock held, so that close() never finds a thread that cannot be joined yet;
             # raises RuntimeError if the system has no more threads
@@ -272,9 +277,12 @@ class TcpServer:
             return True
         return self._allow(host) if callable(self._allow) else host in self._allow
 
-    def _make_room(self) -> bool:
+    def _make_room(self, sock: socket.socket) -> bool:
         assert self._lock.locked()
         self._age_pending()
+        open_now = self._threads.keys() | self._handed_over
+        if len(open_now) >= max_connections(sock.fileno(), [each.fileno() for each in open_now]):
+            _ = self._drop_pending() or self._drop_idle()
         if len(self._pending) >= self._limits.pending_handshakes:
             self._drop_pending()
         if self._count() < self._limits.connections:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.admission import ConnectionSlots, Key
 from rosproto.logs import PeerLog, get_logger
 from rosproto.sentence import say
-from rosproto.transport import make_uri, reuse_address
+from rosproto.transport import make_uri, max_connections, reuse_address
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -29,6 +29,10 @@ if TYPE_CHECKING:
 PONG_SECONDS = 4.0
 """A WebSocket that does not answer a ping within this time is closed. The time is longer than a short outage
 of a radio link, and shorter than the six seconds after which the page connects again."""
+
+BACKLOG, AT_ONCE = 128, 2
+"""Connections that wait in the system's queue, and those that are accepted in one turn of the loop. One that
+is replaced keeps its file for about five turns, so that ten of the reserved files are in use at a time."""
 
 _logger = get_logger("woosh_pure.web")
 _peer_log = PeerLog("woosh_pure.web")
@@ -50,10 +54,11 @@ class Listener(socket.socket):
         # asyncio sets TCP_NODELAY only if the listening socket names its protocol.
         super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         self._slots = slots
+        self._open: set[int] = set()  # descriptors of the connections
         try:
             reuse_address(self)
             self.bind((host, port))
-            self.listen(128)
+            self.listen()
         except OSError as error:
             self.close()
             foreign = error.errno in (errno.EADDRNOTAVAIL, None) or isinstance(error, socket.gaierror)
@@ -69,13 +74,20 @@ class Listener(socket.socket):
                 ),
             ) from error
 
+    def listen(self, backlog: int = BACKLOG) -> None:
+        """Listen with our own queue: the loop passes the number that it accepts at once."""
+        super().listen(BACKLOG)
+
     def accept(self) -> tuple[socket.socket, Any]:
-        """Accept the next connection that gets a slot."""
+        """Accept the next connection that gets a slot. With few files left, it replaces others."""
         while True:
             accepted, address = super().accept()
             connection = _Connection(accepted.family, accepted.type, accepted.proto, fileno=accepted.detach())
             connection.key, connection.slots = (str(address[0]), int(address[1])), self._slots
-            if self._slots.admit(connection.key, connection.end, time.monotonic()):
+            connection.open_ones = self._open
+            most = max_connections(connection.fileno(), self._open)
+            self._open.add(connection.fileno())
+            if self._slots.admit(connection.key, connection.end, time.monotonic(), most):
                 return connection, address
             connection.end()
             connection.close()
@@ -86,6 +98,7 @@ class _Connection(socket.socket):
 
     key: Key
     slots: ConnectionSlots
+    open_ones: set[int]
 
     def end(self) -> None:
         """Shut the connection down; its reader then closes it."""
@@ -97,6 +110,7 @@ class _Connection(socket.socket):
 
     def close(self) -> None:
         """Close the socket and free its slot."""
+        self.open_ones.discard(self.fileno())
         super().close()
         self.slots.release(self.key, self.end)
 
@@ -154,6 +168,7 @@ class WebServer:
             lifespan="off",
             log_level="warning",
             access_log=False,
+            backlog=AT_ONCE,
             server_header=False,
             proxy_headers=False,
             timeout_keep_alive=5,

@@ -13,6 +13,7 @@ from urllib.parse import urlsplit
 from rosproto.cli import CommandError, add_token, host, hurry, port, token_of
 from rosproto.errors import RosError
 from rosproto.sentence import say
+from rosproto.transport import allow_open_files
 from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host
 from woosh_pure.cli.connection import connect, reaching, watchdog_of
 from woosh_pure.cli.output import Output
@@ -67,6 +68,7 @@ def add_web(parser: ArgumentParser) -> None:
 
 def run_web(args: Namespace, out: Output) -> int:
     hurry()
+    allow_open_files(4096)
     from woosh_pure import web
     from woosh_pure.web.optional_libraries import require
     from woosh_pure.web.server import WebServer
