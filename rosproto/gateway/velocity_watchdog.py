@@ -284,14 +284,10 @@ class VelocityWatchdog:
                 header = getattr(message, "header", None)
                 self._frames[topic] = getattr(header, "frame_id", "")
                 self._arm(topic, publisher)
+                self._start()
             publisher.publish(message)
             self._table.note(client, topic, time.monotonic(), moving=moving)
             self._disarm()
-            if moving and self._thread is None:
-                self._thread = threading.Thread(
-                    target=self._run, name="rosproto:velocity watchdog", daemon=True
-                )
-                self._thread.start()
 
     def gone(self, client: Hashable, topic: str | None = None) -> None:
         """A client has left, or stopped publishing on a topic: send zero now where it drove."""
@@ -310,6 +306,17 @@ class VelocityWatchdog:
             thread = self._thread
         if thread is not None and thread is not threading.current_thread():
             thread.join(2 * OVER + 1.0)
+
+    def _start(self) -> None:
+        """Start the thread before something moves, because without it no zero would follow; lock held.
+
+        Raises:
+            RuntimeError: The system gives no more threads.
+        """
+        if self._thread is None:
+            thread = threading.Thread(target=self._run, name="rosproto:velocity watchdog", daemon=True)
+            thread.start()
+            self._thread = thread
 
     def _arm(self, topic: str, publisher: VelocityPublisher) -> None:
         """Called with the lock held, before a moving velocity is published."""

@@ -11,6 +11,10 @@ import struct
 import sys
 from typing import NamedTuple
 
+if sys.platform == "linux":  # with this module: later, no file may be left to read them from
+    import fcntl
+    import termios
+
 # struct tcp_info, linux/tcp.h: the state of congestion control (0: nothing is lost), unacknowledged segments
 _CA_STATE = 1
 _UNACKED = 24
@@ -34,9 +38,6 @@ def unsent_bytes(sock: socket.socket) -> UnsentBytes | None:
     """The unacknowledged bytes of a TCP connection; None where the system does not provide them."""
     if sys.platform != "linux":
         return None
-    import fcntl
-    import termios
-
     try:
         waiting = struct.unpack("i", fcntl.ioctl(sock, termios.TIOCOUTQ, bytes(4)))[0]
         if not waiting:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from rosproto import Node, Subscriber
+from rosproto.codec import decoder
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
@@ -21,7 +22,7 @@ from rosproto.transport import Deadline
 from woosh_pure.connection.arguments import require_timeout
 from woosh_pure.feed.type_adapter import TypeAdapter
 from woosh_pure.interface.schema import Row
-from woosh_pure.values.convert import stamp_of, to_value
+from woosh_pure.values.convert import prepare, stamp_of, to_value
 from woosh_pure.values.messages import message_type
 
 T = TypeVar("T")
@@ -152,6 +153,8 @@ class Feed(Newest[T]):
         if not self.row.definition_known:
             return node.subscriber(name, None, callback=self._receive, queue_size=size)
         ours = message_type(self.row.type)
+        decoder(ours)
+        prepare(self.row.type, ours())
         try:
             return node.subscriber(name, ours, callback=self._receive, queue_size=size)
         except LocalProtocolError:  # the program has opened it with a definition of its own

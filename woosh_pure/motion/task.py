@@ -224,9 +224,11 @@ class TaskHandle(GoalHandle[RobotStatus]):
                 raise
 
     def _cancel_reply(self, timeout: float) -> Any:
-        """The reply to the cancel that a stop has written, or else to one sent now."""
+        """The reply to the prepared cancel, which a stop may have written already. Another connection is
+        opened only if that fails: no file may be left for one.
+        """
         prepared = self._prepared
-        if prepared is not None and prepared.sent:
+        if prepared is not None and prepared.send():
             try:
                 return prepared.answer(min(timeout, 1.0))
             except RosError as error:

@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Protocol
 
+from rosproto.codec import decoder
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import advice, say
@@ -27,10 +28,12 @@ from woosh_pure.connection.call_scope import CallScope, current
 from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.errors import MotionRefused
+from woosh_pure.interface.table import row
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.immediate_stop import ImmediateStop, Stoppable, StopRequest
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop_executor import Job, StopExecutor, begin
+from woosh_pure.values.messages import message_type, service_type
 
 logger = get_logger("woosh_pure.components")
 _JUST = 5.0  # seconds
@@ -398,11 +401,15 @@ class ActiveMotions:
         self._goals = ()
 
     def _prepare(self) -> None:
-        """Start the threads that stopping needs, before anything moves.
+        """Start the threads that stopping needs, and read its definitions, before anything moves.
 
         Raises:
             RuntimeError: No thread can be started; the motion must not begin.
         """
+        if not self.moved:
+            service_type(row("/exec_task").type)
+            for name in ("GoalID", "GoalStatusArray"):
+                decoder(message_type(f"actionlib_msgs/{name}"))
         self.executor.start()
         self._immediate_stop.start()
 

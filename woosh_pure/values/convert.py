@@ -196,6 +196,16 @@ _BY_TYPE: dict[str, Callable[[Any], Any]] = {
 }
 
 
+def prepare(type_name: str, empty: Any) -> None:
+    """Convert an empty message before the first real one: the conversion of some types imports numpy or reads
+    a table, and later no file may be left to read it from.
+    """
+    try:
+        to_value(type_name, empty)
+    except ValueError:
+        pass  # an empty picture; everything is imported by then
+
+
 def to_value(type_name: str, message: Any) -> Any:
     """The value of a message; a type without a value class stays the message itself.
 

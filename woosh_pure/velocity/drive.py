@@ -318,15 +318,19 @@ class Drive:
         except Exception as error:  # the drive must always end with a zero
             self._end(ConnectionLost(say("the drive is over: sending failed: {error}", error=error)))
         finally:
-            self._send_zeros()
-            self._sent_zeros.set()
+            try:
+                self._send_zeros()
+            finally:
+                self._sent_zeros.set()
 
     def _send_zeros(self) -> None:
         for _ in range(ROUNDS):
             self._components.velocity.zero(self.topic)
             time.sleep(0.02)
-        self._components.velocity.end(self.topic)
-        self._release()
+        try:
+            self._components.velocity.end(self.topic)
+        finally:
+            self._release()
 
     def _release(self) -> None:
         """Release the publisher, once."""

@@ -73,8 +73,8 @@ class Heartbeat:
         try:
             listener = min(self._publisher.subscribers, key=lambda name: name not in ROBOT_NODES)
             uri = self._node.master.lookup_node(listener, timeout=LATE)
-            with NodeClient(uri, self._node.name, hosts=self._node.hosts) as client:
-                self._ask(client)
+            client = NodeClient(uri, self._node.name, hosts=self._node.hosts)
+            self._ask(client)
         except (RosError, ValueError) as error:
             logger.warning(
                 "! %s: who listens cannot be asked (%s): nothing ends this drive when the network delivers "
@@ -83,15 +83,15 @@ class Heartbeat:
                 error,
             )
             return
-        threading.Thread(target=self._run, args=(uri,), name="woosh:heartbeat", daemon=True).start()
+        threading.Thread(target=self._run, args=(client,), name="woosh:heartbeat", daemon=True).start()
 
     @property
     def late(self) -> bool:
         """Whether the last answered request was sent too long ago."""
         return self._answered is not None and boot_seconds() - self._answered > LATE
 
-    def _run(self, uri: str) -> None:
-        with NodeClient(uri, self._node.name, hosts=self._node.hosts) as client:
+    def _run(self, client: NodeClient) -> None:
+        with client:  # connected already: later, no file may be left for a connection
             while not self._over.wait(_PERIOD):
                 try:
                     self._ask(client)

@@ -147,6 +147,7 @@ class LinkMonitor:
         self._further: LinkMonitor | None = None
         self._elsewhere: set[MonitoredLink] = set()  # watched by `_further`
         self._looked = time.monotonic()
+        self._look_failed = False  # logged once
 
     # -- from any thread ------------------------------------------------------------------------------------
 
@@ -257,9 +258,10 @@ class LinkMonitor:
             if key.data is not None:
                 try:
                     key.data.look(now, before)
-                except Exception:
-                    _log.exception("! a link failed unexpectedly: %r", key.data)
-                    self._drop(key.data)
+                except Exception:  # the link stays: a zero velocity may be the next message
+                    if not self._look_failed:
+                        _log.exception("! the age of unsent bytes is not known: %r", key.data)
+                    self._look_failed = True
 
     def _watch(self, link: MonitoredLink, events: int) -> None:
         selector = self._selector
