@@ -48,6 +48,7 @@ _log = get_logger("woosh_pure.chassis")
 # Seconds for which nothing must block: messages of different topics may come in another order than sent.
 _SETTLED = 0.3
 # Time limits of steps that Ctrl-C does not end; longer than the limits of their parts.
+_CLOSED = "this Chassis is closed"
 _CLOSE_SECONDS, _LEAVE_SECONDS = 30.0, 10.0
 _CANCEL_SECONDS, _LATE_SECONDS = 3.0, 1.0  # for `close` to cancel goals; for goals that it finds afterwards
 
@@ -123,6 +124,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
 
         connection = Connection(self.master_uri, new_node, timeout=timeout, msg_path=folders)
         self._components = Components(connection, leave_running=leave_running, watchdog=watchdog)
+        self._components.motions.carry_out = self._stop
 
     def __enter__(self) -> Chassis:
         self._components.connection.open_node()  # an unreachable master raises here
@@ -148,7 +150,8 @@ class Chassis(Readings, MotionVerbs, Peripherals):
             ConnectionLost: A goal could not be cancelled: the robot may still be driving. All else is closed.
         """
         motions = self._components.motions
-        motions.note_end("this Chassis is closed")
+        motions.over = motions.over or _CLOSED  # without a call: no stack may be left, see `immediate_stop`
+        motions.note_end(_CLOSED)
         problems = motions.executor.do(self._end, _CLOSE_SECONDS) if motions.moved else []
         try:
             motions.executor.do(self._components.close, _LEAVE_SECONDS)
@@ -366,6 +369,18 @@ class Chassis(Readings, MotionVerbs, Peripherals):
             The report: actions, failures, and whether the robot is known to stand still. It never raises
             for a failure: the report says it.
         """
+        motions = self._components.motions
+        # Without a call: no stack may be left, see `immediate_stop`.
+        motions.stop_mark = [True, everything, end_drivers, timeout]
+        try:
+            return self._stop(everything, end_drivers, timeout)
+        except RecursionError:
+            if not motions.moved:
+                raise  # nothing of ours moves, and there is no thread yet that could do it
+            motions.stop_mark = [True, everything, end_drivers, timeout]
+            return motions.marked_report
+
+    def _stop(self, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
         return _stop(
             self._components, everything=everything, end_drivers=end_drivers, timeout=stop_seconds(timeout)
         )

@@ -56,7 +56,12 @@ def verb(
 
     async def call(self: Chassis, /, *args: P.args, **kwargs: P.kwargs) -> R:
         run = self._calls.finish if stops else self._calls.call
-        return await run(lambda: method(self.chassis, *args, **kwargs))
+        try:
+            return await run(lambda: method(self.chassis, *args, **kwargs))
+        except RecursionError:
+            if not stops:
+                raise
+            return method(self.chassis, *args, **kwargs)  # which needs less stack than another thread
 
     return like(method, call)
 

@@ -132,7 +132,10 @@ class GoalHandle(Generic[P]):
             RosError: The cancellation could not be sent, or was not confirmed in time.
             ValueError: `timeout` is negative or NaN.
         """
-        return await self._calls.finish(lambda: self.handle.cancel(timeout))
+        try:
+            return await self._calls.finish(lambda: self.handle.cancel(timeout))
+        except RecursionError:
+            return self.handle.cancel(timeout)  # which needs less stack than another thread
 
     def _end(self) -> None:
         """Cancel the goal of a cancelled task; a failure is logged, and `close` tries again."""

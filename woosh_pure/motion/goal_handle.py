@@ -209,28 +209,33 @@ class GoalHandle(Generic[P]):
             ValueError: `timeout` is negative or NaN.
             LocalProtocolError: Called in a callback that must return before the end can be received.
         """
-        seconds = self.default_timeout if isinstance(timeout, DefaultTimeout) else require_timeout(timeout)
-        if not self.done and self._in_own_callback():
-            raise LocalProtocolError(
-                say(
-                    "{goal}: waiting for it in a callback of its own news would wait for itself; wait in "
-                    "another thread",
-                    goal=self.description,
-                )
-            )
-        executor, letting_go = self._components.motions.executor, self._motion.letting_go(waited_for=True)
-        let_go = partial(executor.put, letting_go)
         try:
-            if not self._motion.wait(seconds, meanwhile):
-                executor.do(lambda: self._motion.time_out(seconds or 0.0), _TIME_OUT_SECONDS)
-            outcome = self._motion.confirmed()
-        except BaseException:
-            let_go()  # must be first: see `stop_executor`
-            executor.hold(letting_go)
+            given = self.default_timeout if isinstance(timeout, DefaultTimeout) else timeout
+            seconds = require_timeout(given)
+            if not self.done and self._in_own_callback():
+                raise LocalProtocolError(
+                    say(
+                        "{goal}: waiting for it in a callback of its own news would wait for itself; wait in "
+                        "another thread",
+                        goal=self.description,
+                    )
+                )
+            executor, letting_go = self._components.motions.executor, self._motion.letting_go(waited_for=True)
+            let_go = partial(executor.put, letting_go)
+            try:
+                if not self._motion.wait(seconds, meanwhile):
+                    executor.do(lambda: self._motion.time_out(seconds or 0.0), _TIME_OUT_SECONDS)
+                outcome = self._motion.confirmed()
+            except BaseException:
+                let_go()  # must be first: see `stop_executor`
+                executor.hold(letting_go)
+                raise
+            if raises and not outcome.arrived:
+                raise GoalFailed(outcome)
+            return outcome
+        except RecursionError:
+            self._motion.marked = not self._components.motions.leave  # without a call, as in `cancel`
             raise
-        if raises and not outcome.arrived:
-            raise GoalFailed(outcome)
-        return outcome
 
     def __await__(self) -> Generator[Any, None, Outcome]:
         """In asyncio: `outcome = await handle` is `wait()`; cancelling the awaiting task cancels the goal."""
@@ -255,4 +260,9 @@ class GoalHandle(Generic[P]):
             RosError: The cancellation could not be sent, or was not confirmed in time.
             ValueError: `timeout` is negative or NaN.
         """
-        return self._components.motions.end(self._motion, require_limit(timeout))
+        try:
+            seconds = require_limit(timeout)
+        except RecursionError:
+            seconds = timeout
+        self._motion.marked = True  # without a call: no stack may be left, see `immediate_stop`
+        return self._components.motions.end(self._motion, seconds)

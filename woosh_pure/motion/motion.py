@@ -80,6 +80,7 @@ class Motion:
         told: The outcome, None before it is reported; `outcome` looks for an end first.
         why: The reason why this client asked for its end; "" while it has not.
         replaced_by: The description of our motion that replaces it; "" for none.
+        marked: Whether a caller without stack has asked for its end, see `immediate_stop`.
         let_go: Time (monotonic clock) of the cancel because its caller no longer waits; None if there was
             none, or a stop has reported it since.
     """
@@ -92,6 +93,7 @@ class Motion:
         self.told: Outcome | None = None
         self.why = ""
         self.replaced_by = ""
+        self.marked = False
         self.let_go: float | None = None
         self._events: list[Event] = []
         # Holds one item; taking it permits reporting the outcome.
@@ -157,7 +159,7 @@ class Motion:
     @property
     def end_due(self) -> bool:
         """Whether this client asked for its end and has not seen it."""
-        return self.state.end_due
+        return self.state.end_due or (self.marked and not self.asked)
 
     def ask_end(self, why: str) -> None:
         """Mark that this client asks for its end; the sending thread checks this before and after sending."""
@@ -172,7 +174,9 @@ class Motion:
 
     def end_again(self) -> None:
         """Write the cancel once more, unless it was written recently."""
-        if time.monotonic() - self._written >= _AGAIN:
+        if not self.asked:
+            self.end_now("cancel() was called")
+        elif time.monotonic() - self._written >= _AGAIN:
             self._written = time.monotonic()
             self.kind.repeat_cancel()
 

@@ -18,7 +18,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 from rosproto.codec import decoder
 from rosproto.errors import ConnectionLost, RosError
@@ -104,8 +104,11 @@ class ActiveMotions:
     Attributes:
         leave: Whether goals continue when the program ends.
         moved: Whether a motion was ever started.
-        stops: Number of stops. A motion that was asked for before one and has not begun must not begin.
-        over: Why no motion can begin any more; "" while one can.
+        over: Why no motion can begin any more; "" while one can. `close` sets it first, without a call.
+        stop_mark: `stop` sets it first, without a call: see `immediate_stop`. True while this stop is not
+            carried out, and its arguments.
+        marked_report: The report for that caller. It is filled in later.
+        carry_out: Called with the arguments of such a stop, in a thread; returns the report.
         executor: The threads that stop motions; Ctrl-C does not reach them.
 
     Args:
@@ -116,10 +119,14 @@ class ActiveMotions:
     def __init__(self, velocity: VelocityTopics, *, leave: bool) -> None:
         self.leave = leave
         self.moved = False
-        self.stops = 0
         self.over = ""
+        self.stop_mark: list[Any] = [False]
+        self.marked_report = _report_ahead()
+        self.carry_out: Callable[..., StopReport] = lambda *arguments: StopReport()
         self.executor = StopExecutor()
-        self._immediate_stop = ImmediateStop(self._under_way, self._chores)
+        self._stops = 0
+        self._end_noted = False
+        self._immediate_stop = ImmediateStop(self._under_way, self._chores, self._take_marks)
         self._velocity = velocity
         self._sending_zeros: Job[None] | None = None
         self._count = itertools.count(1)
@@ -170,6 +177,29 @@ class ActiveMotions:
             self.executor.put(self._sending_zeros)
         return True
 
+    @property
+    def stops(self) -> int:
+        """Number of stops. A motion that was asked for before one and has not begun must not begin."""
+        if self.stop_mark[0]:
+            self._take_marks()
+        return self._stops
+
+    def _take_marks(self) -> None:
+        """Carry out the stop or the end that a caller without stack has marked. Does not wait."""
+        mark = self.stop_mark
+        if mark[0]:
+            self.note_stop()
+            if self.moved:  # else there are no threads, and nothing of ours moves
+                report, self.marked_report = self.marked_report, _report_ahead()
+                self.executor.put(Job(partial(self._fill_in, report, *mark[1:]), _EXIT_SECONDS))
+        if self.over and not self._end_noted:
+            self.note_end(self.over)
+
+    def _fill_in(self, report: StopReport, *arguments: Any) -> None:
+        done = self.carry_out(*arguments)
+        report.standing, report.looked = done.standing, done.looked
+        report.cancelled, report.problems, report.pending = done.cancelled, done.problems, done.pending
+
     def note_stop(self, why: str = "stop() was called") -> StopRequest:
         """Prevent motions that are being prepared from beginning, and ask those under way to end.
 
@@ -178,8 +208,11 @@ class ActiveMotions:
         Args:
             why: The reason, for outcomes and errors.
         """
-        self.stops = next(self._count)
-        return self._immediate_stop.ask(StopRequest(why))
+        mark = self.stop_mark  # read before the request: a mark that is made later stays
+        self._stops = next(self._count)
+        request = self._immediate_stop.ask(StopRequest(why))
+        mark[0] = False
+        return request
 
     def note_end(self, why: str) -> StopRequest:
         """Let no motion begin any more, and ask those under way to end (goals continue with `leave`).
@@ -188,8 +221,10 @@ class ActiveMotions:
             why: The reason, for the outcomes and for the error of later attempts.
         """
         self.over = self.over or why
-        self.stops = next(self._count)
-        return self._immediate_stop.ask(StopRequest(why, goals=not self.leave))
+        self._stops = next(self._count)
+        request = self._immediate_stop.ask(StopRequest(why, goals=not self.leave))
+        self._end_noted = True
+        return request
 
     def require_not_over(self) -> None:
         """Check that motions can still begin.
@@ -443,6 +478,11 @@ class ActiveMotions:
         self.note_end("the program ended")
         for problem in self.end_all("the program ended"):
             logger.warning("! not done when the program ended, the robot may still be driving: %s", problem)
+
+
+def _report_ahead() -> StopReport:
+    text = say("looking after it (the program has reached its recursion limit; it goes on in a thread)")
+    return StopReport(problems=[text])
 
 
 def _just_let_go(goal: OwnMotion) -> bool:

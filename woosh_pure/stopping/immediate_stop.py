@@ -9,6 +9,10 @@ stands) are in `stop`.
 
 Until the end of a motion is seen, its zero or cancel is written again every second while the Chassis is open:
 a cancel that was lost with the network arrives when the network is back.
+
+A caller whose stack is used up cannot even put a request into a queue: Python raises RecursionError for the
+call, up to 3.11 also for a call of C code. It can set an attribute. `stop`, `cancel`, `close` and the end of
+a velocity block do that first of all, and the thread looks for it twenty times a second.
 """
 
 from __future__ import annotations
@@ -16,14 +20,15 @@ from __future__ import annotations
 import os
 import queue
 import threading
+import time
 from collections.abc import Callable, Iterable
 from typing import Protocol
 
 from rosproto.transport import next_item
 from woosh_pure.stopping.stop_executor import Flag
 
-_SOON, _SOON_TIMES = 0.05, 5  # seconds; how often after a stop: a velocity may just have been on its way
-_AGAIN = 1.0  # seconds
+_LOOK, _IDLE = 0.05, 0.25  # seconds between two looks while a motion is under way, and otherwise
+_AGAIN = 1.0  # seconds between two chores
 
 
 class Stoppable(Protocol):
@@ -63,14 +68,19 @@ class ImmediateStop:
     Args:
         under_way: Return the motions under way: with True goals and velocity blocks, with False velocity
             blocks.
-        chores: Called every second while a motion is under way or it returned True; must not wait.
+        chores: Called every second; must not wait. It returns whether something is left to do.
+        look: Called at each look: takes the request of a caller whose stack was used up. Must not wait.
     """
 
     def __init__(
-        self, under_way: Callable[[bool], Iterable[Stoppable]], chores: Callable[[], object]
+        self,
+        under_way: Callable[[bool], Iterable[Stoppable]],
+        chores: Callable[[], object],
+        look: Callable[[], object] = lambda: None,
     ) -> None:
         self._under_way = under_way
         self._chores = chores
+        self._look = look
         self._asked: queue.SimpleQueue[StopRequest | bool] = queue.SimpleQueue()
         self._started_in = 0  # of the process: a forked child has no such thread
 
@@ -105,21 +115,22 @@ class ImmediateStop:
             self._asked.put(False)
 
     def _work(self) -> None:
-        soon = 0
+        chores_at, due = 0.0, False
         while True:
-            due = self._chores()
+            self._look()
+            if time.monotonic() >= chores_at:
+                due, chores_at = bool(self._chores()), time.monotonic() + _AGAIN
             busy = due or any(True for _ in self._under_way(True))
             try:
-                asked = next_item(self._asked, _SOON if soon else _AGAIN if busy else None)
+                asked = next_item(self._asked, _LOOK if busy else _IDLE)
             except queue.Empty:
-                soon = max(0, soon - 1)
                 self._again()
                 continue
             if asked is False:
                 return
             if isinstance(asked, StopRequest):
                 self._first_round(asked)
-                soon = _SOON_TIMES
+            chores_at = 0.0
 
     def _first_round(self, ending: StopRequest) -> None:
         for each in self._under_way(ending.goals):

@@ -58,6 +58,8 @@ def stop(components: StopParts, *, everything: bool, end_drivers: bool, timeout:
         report.problems.append(
             say("looking after it (not done within {seconds:g} s, it goes on)", seconds=seconds)
         )
+    except RecursionError:
+        raise  # the caller answers without a call
     except (RosError, OSError, RuntimeError) as error:
         report.problems.append(say("all of it ({error})", error=error))
     return report

@@ -120,6 +120,8 @@ class Job(Generic[R]):
                 while not self._over.is_set and time.monotonic() < end:
                     self._over.wait(SLICE)
                 return interrupt
+            except RecursionError:
+                raise  # at this depth no wait succeeds; the job goes on
             except BaseException as error:
                 interrupt = interrupt or error
 
@@ -212,6 +214,8 @@ def begin(job: Job[Any], name: str) -> None:
     """Run a job in a new thread, or in this one if no thread can be started."""
     try:
         threading.Thread(target=job.run, name=name, daemon=True).start()
+    except RecursionError:
+        raise  # it would fail in this thread, too
     except RuntimeError:
         job.run()
 

@@ -128,6 +128,7 @@ class Drive:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self._over.is_set = True  # without a call: no stack may be left, see `immediate_stop`
         self._over.set()
         # A second Ctrl-C may interrupt this: closing the Chassis, or the end of the program, finishes it.
         self.finish(2.0)
