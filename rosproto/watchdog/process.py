@@ -1,5 +1,9 @@
 """The watchdog process: prepares the messages it is given, and sends them when its parent has ended.
 
+A watch that was prepared may not stay ready: the robot restarts, or another node takes the name of this one
+(the master then shuts ours down, and the robot drops its links). So it is looked at all the time, reported to
+the parent, and prepared anew, with another name if necessary.
+
 It ends with its parent: when the pipe ends, or when its parent process changes (a forked child of the parent
 may hold the pipe open). It ignores the signals by which terminals and supervisors end programs: its parent
 may need a while to shut down, and is watched until then.
@@ -7,20 +11,25 @@ may need a while to shut down, and is watched until then.
 
 from __future__ import annotations
 
+import math
 import os
 import queue
 import signal
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, BinaryIO
 
 from rosproto.codec import decode, define, service_class
 from rosproto.errors import RosError
 from rosproto.node import Node, PreparedCall
+from rosproto.transport.uri import same_uri
 from rosproto.watchdog.protocol import (
+    READY_SECONDS,
     ROUNDS,
     Arm,
     Disarm,
@@ -44,6 +53,7 @@ RETRY_SECONDS = 10.0  # after the parent's end, for a robot that cannot be reach
 RETRY_INTERVAL = 0.5  # seconds between these attempts
 PARENT_CHECK_SECONDS = 0.25  # between two checks of the parent
 LATE_SECONDS = 0.2  # if woken later than this, this process was stopped itself
+REPAIR_SECONDS = 1.0  # between two attempts to make a watch ready again
 
 
 class _LastCall:
@@ -55,11 +65,18 @@ class _LastCall:
 
     def __init__(self, node: Node, call: LastCall) -> None:
         kind: Any = service_class(call.type, node.revisions.library_for(call.type, "srv"))
+        self._service = call.service
         self._client = node.service_client(call.service, kind)
         self._request = decode(kind._request_class, call.data)
         self._prepared: PreparedCall | None = self._client.prepare(self._request, CONNECT_SECONDS)
         self._busy = threading.Lock()
         self.done = False
+
+    @property
+    def problem(self) -> str:
+        """Why it could not be sent at once; "" if it could, or was."""
+        prepared = self._prepared
+        return "" if prepared is None or prepared.usable else f"{self._service}: the connection has ended"
 
     def send(self) -> None:
         """Call it; a thread waits for the response."""
@@ -95,6 +112,16 @@ class _LastMessage:
         self._publisher = node.publisher(message.topic, self._class, queue_size=ROUNDS, linger=False)
         self.data = message.data
         self.done = False
+        self._awaited = False  # whether somebody subscribes
+
+    @property
+    def problem(self) -> str:
+        """Why it would not arrive; "" if it would, or if nobody subscribed."""
+        if self._node.closed:
+            return f"the watchdog's node was closed: {self._node.close_reason}"
+        if not self._awaited or self._publisher.connections:
+            return ""
+        return f"{self._publisher.topic}: the robot has closed the connection"
 
     def wait(self, subscribers: Mapping[str, Sequence[str]]) -> None:
         """Wait until it is connected, if the master knows a subscriber.
@@ -103,6 +130,7 @@ class _LastMessage:
             RosTimeout: It is not.
         """
         if subscribers.get(self._publisher.topic):
+            self._awaited = True
             self._publisher.wait_for_connection(CONNECT_SECONDS)
 
     def send(self) -> None:
@@ -124,6 +152,41 @@ class _LastMessage:
         self._publisher.close()
 
 
+@dataclass
+class _Watch:
+    """A watch that was prepared, as far as that succeeded.
+
+    Attributes:
+        line: What was asked for.
+        parts: What is sent; messages first.
+        failed: Why it could not be prepared.
+        told: The problem that was reported last.
+        repair_at: When the next attempt to prepare it may begin; infinite during one.
+    """
+
+    line: Prepare
+    parts: list[_LastMessage | _LastCall]
+    failed: str = ""
+    told: str = ""
+    repair_at: float = 0.0
+
+    @property
+    def complete(self) -> bool:
+        """Whether all of it was made."""
+        return len(self.parts) == len(self.line.messages) + len(self.line.calls)
+
+    @property
+    def problem(self) -> str:
+        """Why it is not ready; "" if it is."""
+        problems = [each.problem for each in self.parts if each.problem]
+        return problems[0] if problems else "" if self.complete else self.failed
+
+    def close(self) -> None:
+        """Close the parts in a thread: the master may be slow."""
+        for each in self.parts:
+            threading.Thread(target=each.close, name="rosproto:drop", daemon=True).start()
+
+
 class WatchdogProcess:
     """Carries out the lines from the pipe until it ends.
 
@@ -141,8 +204,11 @@ class WatchdogProcess:
         self._inbox: queue.Queue[Line | Callable[[], None] | None] = queue.Queue()
         self._table = WatchTable(time.monotonic())
         self._nodes: dict[tuple[str, str], Node] = {}
+        self._taken: Counter[tuple[str, str]] = Counter()  # names of ours that other nodes have taken
         self._opening = threading.Lock()
-        self._ready: dict[int, list[_LastMessage | _LastCall]] = {}  # messages first
+        self._ready: dict[int, _Watch] = {}
+        self._talks = False  # whether the program has sent a line since the last report
+        self._report_at = 0.0
         self._preparing: dict[int, Arm | None] = {}  # key -> the Arm to apply when it is prepared
         self._dropped: set[int] = set()
 
@@ -152,6 +218,7 @@ class WatchdogProcess:
         while not self._table.ended or self._preparing or self._table.wait(time.monotonic()) is not None:
             self._step()
             self._send(time.monotonic())
+            self._look(time.monotonic())
         self._finish()
 
     def _read(self) -> None:
@@ -186,7 +253,25 @@ class WatchdogProcess:
             line()
         else:
             self._table.heard(now)
+            self._talks = True
             self._obey(line)
+
+    def _look(self, now: float) -> None:
+        """Report whether the watches are ready: when that changes, and again every second while the program
+        talks (the pipe of a stopped one would fill up). Prepare again what is not ready.
+        """
+        tell = self._talks and now >= self._report_at
+        if tell:
+            self._talks, self._report_at = False, now + READY_SECONDS
+        for key, watch in self._ready.items():
+            problem = watch.problem
+            if problem and now >= watch.repair_at:
+                watch.repair_at = math.inf
+                work = partial(self._prepare, watch.line, repair=True)
+                threading.Thread(target=work, name="rosproto:prepare", daemon=True).start()
+            if tell or problem != watch.told:
+                watch.told = problem
+                self._answer(Ready(key, problem))
 
     def _obey(self, line: Line) -> None:
         if isinstance(line, Prepare):
@@ -195,7 +280,7 @@ class WatchdogProcess:
                 work = partial(self._prepare, line)
                 threading.Thread(target=work, name="rosproto:prepare", daemon=True).start()
         elif isinstance(line, Arm) and line.key in self._ready:
-            for message, data in zip(self._ready[line.key], line.data, strict=False):
+            for message, data in zip(self._ready[line.key].parts, line.data, strict=False):
                 if isinstance(message, _LastMessage):
                     message.data = data
             self._table.arm(line.key)
@@ -206,27 +291,28 @@ class WatchdogProcess:
         elif isinstance(line, Drop):
             self._drop(line.key)
 
-    def _prepare(self, line: Prepare) -> None:
+    def _prepare(self, line: Prepare, *, repair: bool = False) -> None:
         """Run in a thread: the master may be slow, and other watches go on meanwhile."""
-        parts: list[_LastMessage | _LastCall] = []
-        problem = ""
+        watch = _Watch(line, [])
         try:
-            node = self._node(line.watched)
+            node = self._node(line.watched, repair=repair)
             for message in line.messages:
-                parts.append(_LastMessage(node, message))
+                watch.parts.append(_LastMessage(node, message))
             for call in line.calls:
-                parts.append(_LastCall(node, call))
+                watch.parts.append(_LastCall(node, call))
             if line.messages:
                 subscribers = node.master.get_system_state(timeout=CONNECT_SECONDS).subscribers
-                for each in parts:
+                for each in watch.parts:
                     if isinstance(each, _LastMessage):
                         each.wait(subscribers)
         except Exception as error:
-            problem = str(error) or type(error).__name__
-        self._inbox.put(partial(self._prepared, line.key, parts, problem))
+            watch.failed = str(error) or type(error).__name__
+        self._inbox.put(partial(self._repaired if repair else self._prepared, watch))
 
-    def _prepared(self, key: int, parts: list[_LastMessage | _LastCall], problem: str) -> None:
-        self._ready[key] = parts
+    def _prepared(self, watch: _Watch) -> None:
+        key = watch.line.key
+        self._ready[key] = watch
+        watch.repair_at, watch.told = time.monotonic() + REPAIR_SECONDS, watch.failed
         armed = self._preparing.pop(key)
         if key in self._dropped:
             self._dropped.discard(key)
@@ -234,22 +320,45 @@ class WatchdogProcess:
             return
         if armed is not None:
             self._obey(armed)
-        self._answer(Ready(key, problem))
+        self._answer(Ready(key, watch.failed))
+
+    def _repaired(self, watch: _Watch) -> None:
+        """Replace a watch by one that was prepared later."""
+        key = watch.line.key
+        before = self._ready.get(key)
+        if before is None or not watch.complete:
+            watch.close()  # it was dropped meanwhile; or the one before is no worse
+            if before is not None:
+                before.failed, before.repair_at = watch.failed, time.monotonic() + REPAIR_SECONDS
+            return
+        for old, new in zip(before.parts, watch.parts, strict=False):
+            if isinstance(old, _LastMessage) and isinstance(new, _LastMessage):
+                new.data = old.data
+        watch.told, watch.repair_at = before.told, time.monotonic() + REPAIR_SECONDS
+        self._ready[key] = watch
+        before.close()
+        if key in self._table.armed:
+            self._table.arm(key)  # due at once if the program has ended
 
     def _drop(self, key: int) -> None:
         self._table.disarm(key)
         if key in self._preparing:
             self._dropped.add(key)
-            return
-        for each in self._ready.pop(key, ()):
-            threading.Thread(target=each.close, name="rosproto:drop", daemon=True).start()
+        elif (watch := self._ready.pop(key, None)) is not None:
+            watch.close()
 
-    def _node(self, watched: WatchedNode) -> Node:
+    def _node(self, watched: WatchedNode, *, repair: bool) -> Node:
+        """Our node in the graph of a watched node; another one, with another name, if its name was taken."""
         with self._opening:
-            node = self._nodes.get((watched.master_uri, watched.node))
+            key = watched.master_uri, watched.node
+            node = self._nodes.get(key)
+            if node is not None and (node.closed or (repair and _lost_its_name(node))):
+                self._taken[key] += 1
+                threading.Thread(target=node.close, name="rosproto:drop", daemon=True).start()
+                node = None
             if node is None:
-                node = self._nodes[watched.master_uri, watched.node] = Node(
-                    watchdog_name(watched.node),
+                node = self._nodes[key] = Node(
+                    watchdog_name(watched.node, self._taken[key]),
                     master_uri=watched.master_uri,
                     host=watched.host,
                     resolve=watched.resolve,
@@ -262,7 +371,7 @@ class WatchdogProcess:
 
     def _send(self, now: float) -> None:
         for key in self._table.due(now):
-            for each in self._ready[key]:
+            for each in self._ready[key].parts:
                 _try(each)
 
     def _answer(self, line: Line) -> None:
@@ -274,17 +383,34 @@ class WatchdogProcess:
 
     def _finish(self) -> None:
         """After all rounds: retry for a while what could not be delivered."""
-        acting = [each for key in self._table.armed for each in self._ready[key]]
         until = time.monotonic() + RETRY_SECONDS
-        while time.monotonic() < until and (late := [each for each in acting if not each.done]):
-            time.sleep(RETRY_INTERVAL)
-            for each in late:
-                _try(each)
-        for each in acting:
+        while time.monotonic() < until and any(not each.done for each in self._acting()):
+            self._look(time.monotonic())
+            try:
+                line = self._inbox.get(timeout=RETRY_INTERVAL)
+                if callable(line):
+                    line()
+            except queue.Empty:
+                pass
+            for each in self._acting():
+                if not each.done:
+                    _try(each)
+        for each in self._acting():
             if isinstance(each, _LastMessage):
                 each.flush()
-        for node in self._nodes.values():
+        for node in list(self._nodes.values()):
             node.close()
+
+    def _acting(self) -> list[_LastMessage | _LastCall]:
+        return [each for key in self._table.armed for each in self._ready[key].parts]
+
+
+def _lost_its_name(node: Node) -> bool:
+    """Whether the master has another node under its name."""
+    try:
+        return not same_uri(node.master.lookup_node(node.name, timeout=CONNECT_SECONDS), node.uri)
+    except RosError:
+        return False  # not registered yet, or the master is away
 
 
 def _try(each: _LastMessage | _LastCall) -> None:

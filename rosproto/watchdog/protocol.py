@@ -1,9 +1,9 @@
 """The messages between a program and its watchdog, and when the watchdog acts. Pure: callers pass the time.
 
 Each line of the pipe is one JSON object. The program sends `Prepare`, `Arm`, `Disarm`, `Drop` and
-`Heartbeat`. The watchdog replies `Ready` when a watch is prepared, and `Sent` when it has acted although the
-program is still alive. Any line from the program counts as a heartbeat; the end of the pipe means that it has
-ended.
+`Heartbeat`. The watchdog replies `Ready` when a watch is prepared, again when that changes, and every second
+while lines come; and `Sent` when it has acted although the program is still alive. Any line from the program
+counts as a heartbeat; the end of the pipe means that it has ended.
 """
 
 from __future__ import annotations
@@ -18,15 +18,18 @@ from rosproto.errors import RemoteProtocolError
 
 HEARTBEAT_SECONDS = 0.1  # between two heartbeats while a watch is armed
 SILENCE_SECONDS = 0.8  # without a line, after which the program counts as gone
-ROUNDS = 5
+PAUSES = (0.01, 0.02, 0.04, 0.2)
+"""Seconds between two rounds. The first ones are quick: the robot may read the program's last velocity, which
+is on another connection, after the first zero, and the watchdog may be killed soon after the program."""
+ROUNDS = len(PAUSES) + 1
 """How often a zero or a cancel is sent, by this process and by the watchdog: one can be lost."""
-ROUND_SECONDS = 0.1  # between two rounds
+READY_SECONDS = 1.0  # between two reports of the watchdog while the program talks to it
 _SUFFIX = "_rosproto_watchdog"
 
 
-def watchdog_name(node: str) -> str:
-    """Name of the watchdog's node for a watched node."""
-    return f"{node}{_SUFFIX}"
+def watchdog_name(node: str, taken: int = 0) -> str:
+    """Name of the watchdog's node for a watched node, when so many names were taken by other nodes."""
+    return f"{node}_{taken + 1}{_SUFFIX}" if taken else f"{node}{_SUFFIX}"
 
 
 def is_watchdog_name(node: str) -> bool:
@@ -125,7 +128,7 @@ class Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The watch of the key is prepared; `problem` says what could not be."""
+    """The watch of the key is prepared; `problem` says what could not be. Told again all the time."""
 
     key: int
     problem: str = ""
@@ -246,7 +249,8 @@ class WatchTable:
         """Keys of the watches to send now; each call is one round."""
         if not self._rounds or now < self._next:
             return ()
-        keys, self._next = tuple(sorted(self._rounds)), now + ROUND_SECONDS
+        keys, left = tuple(sorted(self._rounds)), max(self._rounds.values())
+        self._next = now + PAUSES[min(ROUNDS - left, len(PAUSES) - 1)]
         self._rounds = {key: left - 1 for key, left in self._rounds.items() if left > 1}
         return keys
 

@@ -43,6 +43,7 @@ START_SECONDS = 10.0  # more for the first motion: the process is still starting
 END_SECONDS = 3.0  # for the process to end by itself
 MOST_RESTARTS = 3
 RESTART_WINDOW = 30.0  # seconds, for `MOST_RESTARTS`
+SILENT_SECONDS = 3.0  # without a report of the process, which comes every second while something moves
 _WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
 
 
@@ -71,6 +72,7 @@ class Watch:
         self.armed = line.armed
         self._data: tuple[bytes, ...] = ()
         self._problem: str | None = None
+        self._told_at = self._armed_at = time.monotonic()
 
     @property
     def ready(self) -> bool:
@@ -84,7 +86,7 @@ class Watch:
 
     def arm(self, *data: bytes) -> None:
         """The motion begins. `data` replaces the contents of the messages."""
-        self._data, self.armed = data, True
+        self._data, self._armed_at, self.armed = data, time.monotonic(), True
         self._owner.send(Arm(self._line.key, data))
 
     def disarm(self) -> None:
@@ -112,13 +114,21 @@ class Watch:
 
     def forgotten(self) -> None:
         """The process has ended, and the next one does not know this watch yet."""
-        self._problem = None
+        self._problem = "its process has ended"
         self._told.clear()
 
-    def answered(self, problem: str) -> None:
-        """The process has replied, or never will."""
-        self._problem = problem
+    def answered(self, problem: str) -> str | None:
+        """The process has reported, or never will. Return the problem before, None if there was no report."""
+        before, self._problem = self._problem, problem
+        self._told_at = time.monotonic()
         self._told.set()
+        return before
+
+    @property
+    def silent(self) -> bool:
+        """Whether it was ready, and has not been reported since for too long."""
+        told = max(self._told_at, self._armed_at)
+        return self.armed and self.ready and time.monotonic() - told > SILENT_SECONDS
 
 
 class Watchdog:
@@ -146,6 +156,7 @@ class Watchdog:
         self._ends: list[float] = []
         self._closed = self._failed = False
         self._slow = False
+        self._ended = threading.Event()
         self._threads: list[threading.Thread] = []
 
     def __enter__(self) -> Watchdog:
@@ -175,7 +186,7 @@ class Watchdog:
             except (OSError, ValueError) as error:
                 self._give_up(f"it cannot be started ({error})")
                 return
-            for name, work in (("write", self._write), ("read", self._read)):
+            for name, work in (("write", self._write), ("read", self._read), ("look", self._look)):
                 thread = threading.Thread(target=work, name=f"rosproto:watchdog {name}", daemon=True)
                 thread.start()
                 self._threads.append(thread)
@@ -228,6 +239,7 @@ class Watchdog:
         """End the process; armed watches are not stopped by it. Bounded; may be called again."""
         with self._lock:
             self._closed = True
+        self._ended.set()
         for key in list(self._watches):
             self.forget(key)
         process = self._process
@@ -244,7 +256,7 @@ class Watchdog:
                 thread.join(END_SECONDS)
         _close_pipes(process)
 
-    # -- the two threads ------------------------------------------------------------------------------------
+    # -- the three threads ----------------------------------------------------------------------------------
 
     def _write(self) -> None:
         """Write lines as they come, and heartbeats while something moves."""
@@ -266,6 +278,25 @@ class Watchdog:
                 if line is None:
                     return
 
+    def _look(self) -> None:
+        """Notice that the process does not report any more; in a thread of its own, because the heartbeat
+        must not wait for a log.
+        """
+        while not self._ended.wait(1.0):
+            for watch in list(self._watches.values()):
+                if watch.silent:
+                    self._report(watch, f"it has not reported for {SILENT_SECONDS:g} s")
+
+    def _report(self, watch: Watch, problem: str) -> None:
+        """Take a report, and log it when it is another one than before."""
+        before = watch.answered(problem)
+        if before is not None and bool(before) != bool(problem):
+            if problem:
+                text = "! the watchdog is no longer ready, and tries again: %s; %s"
+                _log.warning(text, problem, _WITHOUT)
+            else:
+                _log.warning("= the watchdog is ready again")
+
     def _read(self) -> None:
         """Read replies until the process ends for good."""
         while True:
@@ -284,7 +315,7 @@ class Watchdog:
 
     def _heard(self, line: Line) -> None:
         if isinstance(line, Ready) and (watch := self._watches.get(line.key)) is not None:
-            watch.answered(line.problem)
+            self._report(watch, line.problem)
         elif isinstance(line, Sent):
             text = (
                 f"this program did not run for {line.seconds:.1f} s while something of it moved, so its "

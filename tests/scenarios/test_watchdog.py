@@ -17,6 +17,7 @@ if os.name != "posix":
 
 from rosproto.errors import RosError
 from rosproto.node import Node, NodeClient
+from rosproto.watchdog import is_watchdog_name
 from tests.support.driving_commands import COMMANDS, children, driving, is_alive, moving
 from tests.support.extras import needs
 from woosh_pure import Chassis, MotionRefused, SimulatedChassis
@@ -114,6 +115,53 @@ def test_a_killed_watchdog_is_replaced_and_the_next_one_does_the_same(sim, tmp_p
         os.kill(pid, signal.SIGKILL)
         assert stands(sim)
         assert gone(second)
+
+
+def watchdog_nodes(node: Node) -> set[str]:
+    state = node.master.get_system_state()
+    return {
+        name
+        for names in (*state.publishers.values(), *state.subscribers.values())
+        for name in names
+        if is_watchdog_name(name)
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.promise("another node takes the name of the watchdog")
+@pytest.mark.parametrize("command", ["Chassis, velocity", "Chassis, goal"])
+def test_a_watchdog_whose_name_was_taken_takes_another_one(command: str, sim, tmp_path: Path) -> None:
+    with (
+        driving(command, sim, tmp_path) as pid,
+        Node("/looks", master_uri=sim.master_uri, rosout=False) as node,
+    ):
+        until(lambda: watchdog_nodes(node))
+        (first,) = watchdog_nodes(node)
+        with Node(first, master_uri=sim.master_uri, rosout=False) as taker:
+            taker.publisher("/anything", "std_msgs/String")
+            until(lambda: watchdog_nodes(node) - {first}, what="another name")
+            (second,) = watchdog_nodes(node) - {first}
+            topic = {"Chassis, velocity": "/smooth_cmd_vel", "Chassis, goal": "/move_base/cancel"}[command]
+
+            def connected() -> bool:
+                with NodeClient(node.master.lookup_node(second), node.name) as slave:
+                    return any(link.topic == topic and link.connected for link in slave.get_bus_info())
+
+            until(connected, what="a link to the robot")
+            os.kill(pid, signal.SIGKILL)
+            until(lambda: sim.world.motion is None, STANDS, "no goal")
+            assert stands(sim, 2 * STANDS)
+
+
+@pytest.mark.slow
+@pytest.mark.promise("its first messages are sent at once")
+def test_its_zeros_are_sent_before_it_is_killed_a_tenth_of_a_second_later(sim, tmp_path: Path) -> None:
+    with driving("Chassis, velocity", sim, tmp_path) as pid:
+        (watchdog,) = children(pid)
+        os.kill(pid, signal.SIGKILL)
+        time.sleep(0.1)
+        os.kill(watchdog, signal.SIGKILL)
+        assert stands(sim)
 
 
 @pytest.mark.promise("our programs do not count such a node as another driver")

@@ -226,6 +226,17 @@ def test_a_closed_watchdog_lets_nothing_move() -> None:
     assert len(publisher.got) == 1
 
 
+def test_without_a_thread_that_would_send_the_zeros_nothing_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(self: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    publisher, velocity_watchdog = Recorder(), VelocityWatchdog()
+    monkeypatch.setattr(threading.Thread, "start", refuse)
+    with pytest.raises(RuntimeError):
+        velocity_watchdog.publish("c", publisher, forward())
+    assert publisher.got == []
+
+
 def test_other_types_pass_as_they_are() -> None:
     """Bytes are not decoded."""
 

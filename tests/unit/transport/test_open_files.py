@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from rosproto.transport.os_errors import allow_open_files
+from rosproto.transport.os_errors import allow_open_files, max_connections
 
 if sys.platform == "win32":
     pytest.skip("there is no such limit", allow_module_level=True)
@@ -46,3 +46,22 @@ def test_a_system_that_refuses_is_no_error(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(resource, "getrlimit", lambda _: (256, NONE))
     monkeypatch.setattr(resource, "setrlimit", refuse)
     allow_open_files(1000)
+
+
+@pytest.mark.promise("are kept for the robot and for a stop")
+@pytest.mark.parametrize(
+    ("limit", "newest", "connections", "most"),
+    [
+        (256, 50, [], 142),  # 50 files of others, 64 in reserve
+        (256, 190, range(50, 190), 142),
+        (256, 60, [55, 56, *range(70, 200)], 256 - 64 - 58),  # a low number was free again
+        (150, 50, [], 63),  # a quarter in reserve
+        (64, 60, [], 8),  # some in any case
+        (NONE, 5000, range(10, 5000), sys.maxsize),
+    ],
+)
+def test_the_number_of_connections_follows_from_the_limit(
+    limit: int, newest: int, connections: list[int], most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(resource, "getrlimit", lambda _: (limit, limit))
+    assert max_connections(newest, connections) == most

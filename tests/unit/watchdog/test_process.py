@@ -6,7 +6,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 
@@ -15,6 +15,7 @@ from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.watchdog.process import WatchdogProcess
 from rosproto.watchdog.protocol import (
+    ROUNDS,
     Arm,
     Drop,
     Heartbeat,
@@ -26,11 +27,13 @@ from rosproto.watchdog.protocol import (
     Sent,
     WatchedNode,
     read_line,
+    watchdog_name,
     write_line,
 )
 from tests.support.waiting import until
 
 TWIST = message_class("geometry_msgs/Twist")
+L = TypeVar("L")
 STAMPED = message_class("geometry_msgs/TwistStamped")
 
 
@@ -49,12 +52,17 @@ class Pipe:
     def say(self, line: Line) -> None:
         self._out.write(write_line(line))
 
-    def answer(self) -> Line:
-        return read_line(self._in.readline())
+    def answer(self, kind: type[L]) -> L:
+        """The next line of this kind; reports that are repeated may come before it."""
+        while not isinstance(line := read_line(self._in.readline()), kind):
+            pass
+        return line
 
     def prepare(self, line: Prepare) -> None:
         self.say(line)
-        assert self.answer() == Ready(line.key)
+        while (ready := self.answer(Ready)).key != line.key:
+            pass
+        assert ready == Ready(line.key)
 
     def end(self) -> None:
         """The parent is gone."""
@@ -160,12 +168,47 @@ def test_what_is_being_prepared_when_the_parent_ends_is_sent_all_the_same(robot:
 def test_it_tells_a_parent_that_was_silent_and_goes_on_watching(robot: Node, pipe: Pipe) -> None:
     heard = heard_on(robot, "/cmd_vel")
     pipe.prepare(prepared(robot, 1, zero("/cmd_vel")))
-    sent = pipe.answer()
-    assert isinstance(sent, Sent)
-    assert sent.keys == (1,)
-    until(lambda: len(heard) == 5)
+    assert pipe.answer(Sent).keys == (1,)
+    until(lambda: len(heard) == ROUNDS)
     pipe.say(Heartbeat())
-    assert isinstance(pipe.answer(), Sent)
+    assert pipe.answer(Sent).keys == (1,)
+
+
+def test_it_reports_again_and_again_while_the_parent_talks(robot: Node, pipe: Pipe) -> None:
+    heard_on(robot, "/cmd_vel")
+    pipe.prepare(prepared(robot, 1, zero("/cmd_vel"), armed=False))
+    for _ in range(2):
+        pipe.say(Heartbeat())
+        assert pipe.answer(Ready) == Ready(1)
+
+
+@pytest.mark.promise("another node takes the name of the watchdog")
+def test_it_takes_another_name_and_connects_again_when_its_own_was_taken(robot: Node, pipe: Pipe) -> None:
+    heard = heard_on(robot, "/cmd_vel")
+    pipe.prepare(prepared(robot, 1, zero("/cmd_vel"), armed=False))
+    frame: Any = TWIST()
+    frame.linear.z = 7.0
+    pipe.say(Arm(1, (encode(frame),)))
+    with Node(watchdog_name("/program"), master_uri=robot.master_uri, rosout=False) as taker:
+        taker.publisher("/anything", TWIST)
+        while not pipe.answer(Ready).problem:
+            pipe.say(Heartbeat())
+        while pipe.answer(Ready).problem:
+            pipe.say(Heartbeat())
+        names = robot.master.get_system_state().publishers["/cmd_vel"]
+        assert names == [watchdog_name("/program", 1)]
+        pipe.end()
+    assert heard[-1].linear.z == 7.0, "the contents with which it was armed"
+
+
+def test_a_name_that_is_taken_as_the_parent_ends_is_replaced_all_the_same(robot: Node, pipe: Pipe) -> None:
+    heard = heard_on(robot, "/cmd_vel")
+    pipe.prepare(prepared(robot, 1, zero("/cmd_vel")))
+    with Node(watchdog_name("/program"), master_uri=robot.master_uri, rosout=False) as taker:
+        taker.publisher("/anything", TWIST)
+        until(lambda: not robot.master.get_system_state().publishers.get("/cmd_vel"))
+        pipe.end()
+    until(lambda: heard)
 
 
 def test_a_parent_whose_number_changes_is_gone(robot: Node) -> None:

@@ -16,11 +16,11 @@ from typing import Any
 
 import pytest
 
-from rosproto.codec import message_class
+from rosproto.codec import encode, message_class
 from rosproto.master import Master
 from rosproto.node import Node
-from rosproto.watchdog import Watchdog, WatchedNode
-from rosproto.watchdog.protocol import SILENCE_SECONDS
+from rosproto.watchdog import LastMessage, Watchdog, WatchedNode
+from rosproto.watchdog.protocol import SILENCE_SECONDS, watchdog_name
 
 ROOT = Path(__file__).resolve().parents[3]
 TWIST = message_class("geometry_msgs/Twist")
@@ -243,6 +243,42 @@ def test_a_master_that_is_away_is_told_once_and_nothing_waits_for_ever(
         for _ in range(2):
             assert not watchdog.watch(WatchedNode("http://127.0.0.1:1", "/x")).ready
     assert caplog.text.count("the watchdog is not ready") == 1
+
+
+def zero() -> LastMessage:
+    return LastMessage("/cmd_vel", TWIST._type, TWIST._full_text, encode(TWIST()))
+
+
+@pytest.mark.promise("another node takes the name of the watchdog")
+def test_a_watchdog_that_is_no_longer_ready_is_told_and_so_is_the_end_of_that(
+    robot: Robot, caplog: pytest.LogCaptureFixture
+) -> None:
+    program = "/some_program"
+    with caplog.at_level(logging.WARNING, "rosproto.watchdog"), Watchdog() as watchdog:
+        watch = watchdog.watch(WatchedNode(robot.master.uri, program), messages=[zero()])
+        assert watch.ready
+        with Node(watchdog_name(program), master_uri=robot.master.uri, rosout=False) as taker:
+            taker.publisher("/anything", TWIST)
+            until(lambda: "the watchdog is no longer ready" in caplog.text)
+            until(lambda: "the watchdog is ready again" in caplog.text)
+            assert watch.ready
+            names = robot.node.master.get_system_state().publishers["/cmd_vel"]
+        assert names == [watchdog_name(program, 1)]
+
+
+@SIGNALS
+@pytest.mark.slow
+def test_a_watchdog_that_does_not_report_is_told(robot: Robot, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING, "rosproto.watchdog"), Watchdog() as watchdog:
+        watch = watchdog.watch(WatchedNode(robot.master.uri, "/some_program"), messages=[zero()])
+        assert watchdog.pid is not None
+        os.kill(watchdog.pid, signal.SIGSTOP)
+        try:
+            until(lambda: "it has not reported for" in caplog.text)
+            assert not watch.ready
+        finally:
+            os.kill(watchdog.pid, signal.SIGCONT)
+        until(lambda: "the watchdog is ready again" in caplog.text)
 
 
 def test_no_thread_stays_behind() -> None:
