@@ -92,7 +92,7 @@ def stands(sim: SimulatedChassis) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.promise("what they need is made before a motion begins")
+@pytest.mark.promise("the system gives no more threads or files")
 @pytest.mark.parametrize(
     ("what", "ending"), [(what, ending) for what, endings in ENDINGS.items() for ending in endings]
 )
@@ -157,7 +157,7 @@ def test_so_does_a_page_drive(sim, until, program, ending):
 
 
 @pytest.mark.slow
-@pytest.mark.promise("however busy the server is")
+@pytest.mark.promise("STOP in the page, or POST `stop`, by anybody")
 @pytest.mark.skipif(os.name == "nt", reason="there is no such limit")
 @pytest.mark.parametrize("files", [256, 150])
 def test_a_page_drive_and_a_stop_have_files_in_reserve(sim, until, program, files):

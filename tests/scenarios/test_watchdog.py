@@ -154,7 +154,7 @@ def test_a_watchdog_whose_name_was_taken_takes_another_one(command: str, sim, tm
 
 
 @pytest.mark.slow
-@pytest.mark.promise("its first messages are sent at once")
+@pytest.mark.promise("are sent at once, and three times more within a tenth of a second")
 def test_its_zeros_are_sent_before_it_is_killed_a_tenth_of_a_second_later(sim, tmp_path: Path) -> None:
     with driving("Chassis, velocity", sim, tmp_path) as pid:
         (watchdog,) = children(pid)

@@ -16,7 +16,7 @@ import resource
 NONE = resource.RLIM_INFINITY
 
 
-@pytest.mark.promise("asks the system for 4096")
+@pytest.mark.promise("ask the system for 4096")
 @pytest.mark.parametrize(
     ("before", "after"),
     [

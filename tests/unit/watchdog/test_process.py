@@ -182,7 +182,7 @@ def test_it_reports_again_and_again_while_the_parent_talks(robot: Node, pipe: Pi
         assert pipe.answer(Ready) == Ready(1)
 
 
-@pytest.mark.promise("another node takes the name of the watchdog")
+@pytest.mark.promise("another node takes the name of the watchdog", "the master then shuts it down")
 def test_it_takes_another_name_and_connects_again_when_its_own_was_taken(robot: Node, pipe: Pipe) -> None:
     heard = heard_on(robot, "/cmd_vel")
     pipe.prepare(prepared(robot, 1, zero("/cmd_vel"), armed=False))
