@@ -26,7 +26,8 @@ _here: ContextVar[CallScope | None] = ContextVar("call_scope", default=None)
 class CountsStops(Protocol):
     """The part of `woosh_pure.stopping.active_motions.ActiveMotions` that a scope uses."""
 
-    stops: int
+    @property
+    def stops(self) -> int: ...
 
 
 class CallScope:
