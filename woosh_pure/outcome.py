@@ -89,7 +89,8 @@ _STOPPED = {
 
 _NEXT = {
     OutcomeKind.FAILED: advice("look at chassis.readiness() and chassis.faults", key="readiness-and-faults"),
-    OutcomeKind.CANCELLED: "somebody else cancelled it: the robot itself, or another client",
+    OutcomeKind.CANCELLED: "this program did not cancel it: the robot itself did, another client, or our "
+    "watchdog while this program did not run",
     OutcomeKind.REJECTED: advice("look at chassis.readiness() for what is in the way", key="readiness"),
     OutcomeKind.REPLACED: "another client commands this robot now, and may move it; only one should",
     OutcomeKind.TIMED_OUT: "it was cancelled; give a longer timeout if it was on its way",

@@ -318,8 +318,8 @@ class Watchdog:
             self._report(watch, line.problem)
         elif isinstance(line, Sent):
             text = (
-                f"this program did not run for {line.seconds:.1f} s while something of it moved, so its "
-                "watchdog has stopped the robot"
+                f"this program had not run for {line.seconds:.1f} s while something of it moved, when its "
+                "watchdog stopped the robot"
             )
             _log.warning("! %s", text)
             for listener in list(self._listeners):

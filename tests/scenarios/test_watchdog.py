@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -87,6 +89,44 @@ def test_a_program_that_is_stopped_or_hangs_is_taken_for_gone(command: str, sim,
         assert is_alive(watchdog)
         os.kill(pid, signal.SIGCONT)
         assert stands(sim, 1.0), "nothing resumes"
+
+
+@pytest.mark.parametrize("name", ["goto A1", "drive +x"])
+def test_what_is_said_of_a_pause_agrees(name: str, sim: SimulatedChassis) -> None:
+    """The watchdog stopped the robot: then neither has somebody else done it, nor did the robot drive on."""
+    body = {
+        "goto A1": "print(chassis.go_to_mark('A1').wait(timeout=60, raises=False), flush=True)",
+        "drive +x": "\n".join((
+            "with chassis.velocity(bypasses_protection=True, feedback_timeout=None) as drive:",
+            "            drive.hold(0.1, seconds=999)",
+        )),
+    }[name]  # fmt: skip
+    code = (
+        "import logging, sys\nfrom woosh_pure import Chassis, MotionRefused\nlogging.basicConfig()\n"
+        "with Chassis(sys.argv[1], watchdog=True) as chassis:\n    try:\n        "
+        f"{body}\n    except MotionRefused as error:\n        print(error, flush=True)\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, sim.master_uri],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        until(lambda: moving(sim), what="a robot that moves", timeout=20.0)
+        os.kill(process.pid, signal.SIGSTOP)
+        assert stands(sim)
+        time.sleep(1.2)  # a pause that the program itself notices
+        os.kill(process.pid, signal.SIGCONT)
+        said, _ = process.communicate(timeout=30)
+    finally:
+        process.kill()
+        process.communicate()
+    assert "when its watchdog stopped the robot" in said
+    if name == "goto A1":
+        assert "or our watchdog while this program did not run" in said
+    else:
+        assert "without a watchdog the robot went on with the last velocity" in said
 
 
 def is_ready(node: Node) -> bool:

