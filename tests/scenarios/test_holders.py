@@ -223,7 +223,7 @@ def test_an_outcome_says_that_it_was_somebody_else(sim, real_time, chassis, unti
         assert other.stop(everything=True).standing
     outcome = task.wait(20.0, raises=False)
     assert outcome.by_us == ""
-    assert "somebody else cancelled it" in outcome.sentence()
+    assert "this program did not cancel it" in outcome.sentence()
 
 
 # -- a storm of interrupts -------------------------------------------------------------------------------------
