@@ -214,7 +214,7 @@ def test_an_outcome_says_that_it_was_this_program_and_why(sim, real_time, chassi
     task = chassis.go_to_mark("B1")
     chassis.stop()
     assert task.outcome.by_us == "stop() was called"
-    assert "somebody" not in task.outcome.sentence()
+    assert "did not cancel it" not in task.outcome.sentence()
 
 
 def test_an_outcome_says_that_it_was_somebody_else(sim, real_time, chassis, until):
