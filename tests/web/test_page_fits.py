@@ -64,6 +64,14 @@ def served(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Fake, str]]:
         yield fake, server.url
 
 
+def start(page: Page, fake: Fake) -> None:
+    """Start what is asked for, while nothing hinders the robot for a moment."""
+    hindrances, fake.ready = fake.ready, {"answer": "yes", "text": "", "reasons": []}
+    page.click("#confirm button[type=submit]:enabled")
+    fake.ready = hindrances
+    page.wait_for_selector("#notices .notice.bad")
+
+
 def views(page: Page, fake: Fake) -> Iterator[str]:
     """Each view of the page, one after the other."""
     page.wait_for_selector("#fault-chip:not(.hidden)")
@@ -88,8 +96,8 @@ def views(page: Page, fake: Fake) -> Iterator[str]:
     yield "somebody asks for control"
     page.click("#tabbutton-go")
     page.click(".markrow")
-    yield "a question"
-    page.click("#confirm button[type=submit]")
+    yield "a question that offers no Start"
+    start(page, fake)
     page.wait_for_selector("#task progress")
     yield "a task"
     page.click("#choose-place")
@@ -103,7 +111,7 @@ def views(page: Page, fake: Fake) -> Iterator[str]:
     yield "a stop that did not stop"
     page.click("#stop-answer .close")
     page.click(".markrow >> text=D9")
-    page.click("#confirm button[type=submit]")
+    start(page, fake)
     page.wait_for_selector(".toast.bad")
     yield "a refusal"
     fake.goals[-1].update(done=True, state="failed", reasons=_REASONS, stands_still=False)

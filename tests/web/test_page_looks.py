@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.support.browser import PHONE, each_appearance, person
+from tests.web.test_page_fits import start
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -117,8 +118,8 @@ def test_what_is_written_can_be_read(
         good(page, "the pad")
         page.click("#tabbutton-go")
         page.click(".markrow >> text=A1")
-        good(page, "a question")
-        page.click("#confirm button[type=submit]")
+        good(page, "a question that offers no Start")
+        start(page, fake)
         page.wait_for_selector("#task progress")
         page.click("#stop")
         page.wait_for_selector("#stop-answer.bad")
