@@ -13,7 +13,7 @@ Chinese characters take two columns each.
 
 from __future__ import annotations
 
-__all__ = ["cut", "human_bytes", "padded", "printable", "width"]
+__all__ = ["cut", "human_bytes", "padded", "printable", "short", "width"]
 
 _BLANKS = frozenset(
     "\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000"
@@ -43,6 +43,11 @@ def _escape(code: int) -> str:
     if code < 0x100:
         return f"\\x{code:02x}"
     return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def short(text: str, most: int = 60) -> str:
+    """The text; if it has more than `most` characters, its beginning and "...", together `most`."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def width(text: str) -> int:

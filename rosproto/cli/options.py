@@ -16,6 +16,7 @@ from typing import Any
 
 from rosproto.files import read_text
 from rosproto.sentence import say
+from rosproto.text import short
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")  # as many digits as 64 bits have
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
@@ -58,7 +59,7 @@ def to_int(text: str) -> int:
 
 def _shown(text: str) -> str:
     """Shorten a long text."""
-    return repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "...")
+    return repr(short(text, _SHOWN))
 
 
 def positive(text: str) -> float:

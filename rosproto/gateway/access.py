@@ -16,6 +16,7 @@ from fnmatch import translate
 from typing import Literal
 
 from rosproto.names import canonicalize
+from rosproto.text import short
 
 Kind = Literal["topic", "service", "parameter", "action", "node"]
 
@@ -116,7 +117,7 @@ class Access:
         name = _global(name)
         refused = self.denied(kind, name)
         if refused is None and not self._allowed.match(kind, name):
-            text = f"{kind} {short(name)} is not open here: no --allow pattern covers it"
+            text = f"{kind} {short(name, _SHOWN)} is not open here: no --allow pattern covers it"
             refused = Refusal(kind, name, text)
         return refused
 
@@ -129,7 +130,9 @@ class Access:
         elif kind == "topic" and (action := _action_of(name, ACTION_PARTS)) is not None:
             others = [("action", action)]
         if any(self._denied.match(*each) for each in ((kind, name), *others)):
-            return Refusal(kind, name, f"{kind} {short(name)} is not open here: a --deny pattern covers it")
+            return Refusal(
+                kind, name, f"{kind} {short(name, _SHOWN)} is not open here: a --deny pattern covers it"
+            )
         return None
 
     def may_write(self, kind: Kind, name: str, type: str = "") -> Refusal | None:
@@ -146,7 +149,7 @@ class Access:
             return refused
         if kind == "service" and type in _ONLY_ANSWER:
             return None
-        doing = f"{_WRITING[kind]} {kind} {short(name)}"
+        doing = f"{_WRITING[kind]} {kind} {short(name, _SHOWN)}"
         if self.read_only:
             return Refusal(kind, name, f"{doing} is refused: this gateway is read only (--read-only)")
         if self._written.match(kind, name) or (
@@ -160,7 +163,7 @@ class Access:
             kind,
             name,
             f"{doing} is refused: nothing is written through this gateway unless a pattern opens it;"
-            f" start it with --allow-write {prefix}:{short(name)}",
+            f" start it with --allow-write {prefix}:{short(name, _SHOWN)}",
         )
 
     def _hidden(self, kind: Kind, name: str) -> Refusal | None:
@@ -227,8 +230,3 @@ def _parsed(pattern: str) -> tuple[tuple[str, ...], str]:
     if not pattern:
         raise ValueError("a pattern is empty; * is everything")
     return kinds, canonicalize(pattern if pattern[0] in "/*?[" else f"/{pattern}")
-
-
-def short(text: str) -> str:
-    """A client's text for a sentence."""
-    return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."

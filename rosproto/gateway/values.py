@@ -19,6 +19,7 @@ from rosproto.codec.layout import DTYPES, RANGES_BY_CODE, FieldLayout, Layout
 from rosproto.codec.message import Message
 from rosproto.errors import CodecError
 from rosproto.gateway.json_writer import JsonWriter, in_parts
+from rosproto.text import short
 from rosproto.time import Time
 
 _WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
@@ -249,7 +250,7 @@ def shown(value: Any) -> str:
     if isinstance(value, (dict, list)):
         return f"{'an object' if isinstance(value, dict) else 'an array'} of {len(value)}"
     if isinstance(value, str):
-        return repr(value if len(value) <= 60 else f"{value[:60]}...")
+        return repr(short(value))
     if isinstance(value, int) and value.bit_length() > 64:
         return "a number of more than 64 bits"
     return json.dumps(value)

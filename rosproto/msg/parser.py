@@ -26,6 +26,7 @@ from rosproto.msg.spec import (
     ServiceSpec,
 )
 from rosproto.names import is_legal_base_name
+from rosproto.text import short
 
 CONSTANT_TYPES = BUILTIN_TYPES - {"time", "duration"}
 INTEGER_RANGES = {
@@ -186,12 +187,12 @@ def _field(clean: str, package: str, lenient: bool) -> Field:
     if len(words) != 2:
         hint = "; a TAB does not separate, use a blank" if "\t" in clean else ""
         raise ValueError(
-            f"{_short(clean)!r} is not a declaration; expected `type name` or `type NAME=value`{hint}"
+            f"{short(clean)!r} is not a declaration; expected `type name` or `type NAME=value`{hint}"
         )
     written, name = words
     if not is_legal_base_name(name):
         raise ValueError(
-            f"{_short(name)!r} is not a field name; expected an ASCII letter, "
+            f"{short(name)!r} is not a field name; expected an ASCII letter, "
             f"then letters, digits or underscores"
         )
     return Field(name, _field_type(written, package))
@@ -209,7 +210,7 @@ def _field_type(written: str, package: str) -> FieldType:
         resolved = f"{package}/{base}"
     if base not in BUILTIN_TYPES and not is_legal_type_name(resolved):
         raise ValueError(
-            f"{_short(written)!r} is not a type; expected a builtin type, `Type` or `package/Type`"
+            f"{short(written)!r} is not a type; expected a builtin type, `Type` or `package/Type`"
         )
     if not bracket:
         return FieldType(resolved)
@@ -218,7 +219,7 @@ def _field_type(written: str, package: str) -> FieldType:
     digits = rest[:-1]
     if not rest.endswith("]") or not digits.isdigit() or not digits.isascii():
         raise ValueError(
-            f"{_short(written)!r} is not an array type; expected `T[]` or `T[N]` with one dimension"
+            f"{short(written)!r} is not an array type; expected `T[]` or `T[N]` with one dimension"
         )
     length = _integer(digits)
     return FieldType(resolved, True, length, None if str(length) == digits else digits)
@@ -229,7 +230,7 @@ def _constant(line: str, clean: str, lenient: bool) -> Constant:
     type_name = words[0]
     if type_name not in CONSTANT_TYPES:
         raise ValueError(
-            f"{_short(type_name)!r} cannot be the type of a constant; "
+            f"{short(type_name)!r} cannot be the type of a constant; "
             f"expected a builtin number, bool or string"
         )
     if type_name == "string":
@@ -239,14 +240,14 @@ def _constant(line: str, clean: str, lenient: bool) -> Constant:
     else:
         halves = " ".join(words[1:]).split("=")
         if len(halves) != 2:
-            raise ValueError(f"{_short(clean)!r} is not a constant; expected `type NAME=value` with one `=`")
+            raise ValueError(f"{short(clean)!r} is not a constant; expected `type NAME=value` with one `=`")
         name, text = halves
         name = name.strip()
     text = text.strip()
     if not is_legal_base_name(name):
         hint = "; `string` must start the line" if type_name == "string" and line[:1].isspace() else ""
         raise ValueError(
-            f"{_short(name)!r} is not a name of a constant; expected an ASCII letter, "
+            f"{short(name)!r} is not a name of a constant; expected an ASCII letter, "
             f"then letters, digits or underscores{hint}"
         )
     return Constant(type_name, name, _constant_value(type_name, text), text)
@@ -261,11 +262,11 @@ def _constant_value(type_name: str, text: str) -> int | float | bool | str:
         try:
             return float(text)
         except ValueError:
-            raise ValueError(f"{_short(text)!r} is not a value of {type_name}; expected a number") from None
+            raise ValueError(f"{short(text)!r} is not a value of {type_name}; expected a number") from None
     value = _integer(text)
     least, most = INTEGER_RANGES[type_name]
     if not least <= value <= most:
-        raise ValueError(f"{_short(text)} is out of range for {type_name}; expected {least} to {most}")
+        raise ValueError(f"{short(text)} is out of range for {type_name}; expected {least} to {most}")
     return value
 
 
@@ -274,7 +275,7 @@ def _integer(text: str) -> int:
         return int(text)
     except ValueError:  # also for more than 4300 digits, Python's limit
         raise ValueError(
-            f"{_short(text)!r} is not a decimal integer (hexadecimal is not known here)"
+            f"{short(text)!r} is not a decimal integer (hexadecimal is not known here)"
         ) from None
 
 
@@ -291,8 +292,4 @@ def _truth(text: str) -> bool:
             return bool(literal_eval(text))
         except (ValueError, SyntaxError, TypeError, MemoryError, RecursionError):
             pass
-    raise ValueError(f"{_short(text)!r} is not a value of bool; expected True, False, 1 or 0")
-
-
-def _short(text: str) -> str:
-    return text if len(text) <= 60 else text[:57] + "..."
+    raise ValueError(f"{short(text)!r} is not a value of bool; expected True, False, 1 or 0")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosproto.text import cut, padded, printable, width
+from rosproto.text import cut, padded, printable, short, width
 
 
 @pytest.mark.parametrize(
@@ -50,3 +50,10 @@ def test_chinese_takes_two_columns() -> None:
     assert padded("long", 2) == "long"
     assert [cut("仓库1", columns) for columns in (5, 4, 3, 0)] == ["仓库1", "仓库", "仓", ""]
     assert cut("abc", -1) == ""
+
+
+def test_a_short_text_stays_and_a_long_one_says_that_it_was_cut() -> None:
+    """The limit holds for the text with its dots."""
+    assert short("x" * 60) == "x" * 60
+    assert short("x" * 61) == "x" * 57 + "..."
+    assert short("abcdef", 5) == "ab..."

@@ -18,6 +18,7 @@ from rosproto.codec import differences
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, MessageSpec, bundled, library_from_full_text
 from rosproto.sentence import say
+from rosproto.text import short
 from woosh_pure.firmware.survey import SurveyAnswer
 
 
@@ -212,7 +213,7 @@ def _unnameable(name: str) -> str:
     if {package.lower(), base.lower()} & _RESERVED:
         return f"{name}: a file cannot have this name on every system"
     if max(len(package), len(base)) > LONGEST:
-        return f"{name[:60]}...: longer than the name of a file may be"
+        return f"{short(name)}: longer than the name of a file may be"
     return ""
 
 

@@ -16,7 +16,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
 
 from rosproto.errors import RosError
-from rosproto.text import printable
+from rosproto.text import printable, short
 from woosh_pure.errors import MotionRefused
 from woosh_pure.motion.goal_handle import GoalHandle
 from woosh_pure.outcome import Outcome, OutcomeKind
@@ -127,7 +127,7 @@ class Journal:
         text, key, values = what if isinstance(what, Command) else Command(what)
         with self._lock:
             number = next(self._numbers)
-            began, who, text = round(time.time(), 3), _short(who), _short(text)
+            began, who, text = round(time.time(), 3), short(printable(who), 200), short(printable(text), 200)
             self._put(Entry(number, began, who, text, goal=goal, key=key, values=values))
             while len(self._entries) > self._length:
                 del self._entries[next(iter(self._entries))]
@@ -139,7 +139,7 @@ class Journal:
         with self._lock:
             if number in self._entries:
                 _, entry = self._entries[number]
-                self._put(replace(entry, state=state, text=_short(text, 1000), ended=ended, **why))
+                self._put(replace(entry, state=state, text=short(printable(text), 1000), ended=ended, **why))
 
     def note(self, who: str, what: Command | str, state: str = "done", text: str = "") -> None:
         """Add an entry for a finished command."""
@@ -158,12 +158,6 @@ class Journal:
     def _put(self, entry: Entry) -> None:
         self.version += 1
         self._entries[entry.id] = self.version, entry
-
-
-def _short(text: str, most: int = 200) -> str:
-    """Return a text as one printable line of limited length."""
-    text = printable(text)
-    return text if len(text) <= most else text[: most - 1] + "…"
 
 
 @dataclass(slots=True)

@@ -10,10 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from rosproto.sentence import both, led, say, sentence_of
-from rosproto.text import printable
+from rosproto.text import printable, short
 
 Schema = Mapping[str, Any]
-MOST_TOLD, MOST_SHOWN = 10, 60
+MOST_TOLD = 10
 
 
 def refusal(errors: Iterable[Mapping[str, Any]], schema: Schema, parts: Schema) -> str:
@@ -82,8 +82,7 @@ def _resolved(schema: Schema, parts: Schema) -> Schema:
 
 def _shown(value: Any) -> str:
     """Return a value as JSON, if it is short."""
-    text = printable(json.dumps(value, ensure_ascii=False, default=lambda _: "..."))
-    return text if len(text) <= MOST_SHOWN else text[: MOST_SHOWN - 3] + "..."
+    return short(printable(json.dumps(value, ensure_ascii=False, default=lambda _: "...")))
 
 
 def _allowed(schema: Schema, parts: Schema) -> str:

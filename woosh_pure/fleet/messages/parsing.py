@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime, timezone
 from typing import Any
 
-from rosproto.text import printable
+from rosproto.text import printable, short
 from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, NodePosition, Order
 
 MOST_BYTES = 1_000_000
@@ -44,7 +44,7 @@ class Invalid(ValueError):
 
     def __init__(self, path: str, expected: str, got: object) -> None:
         self.path, self.expected = path, expected
-        self.got = printable(got if isinstance(got, str) else repr(got))[:120]
+        self.got = short(printable(got if isinstance(got, str) else repr(got)), 120)
         super().__init__(f"{path or 'the message'}: expected {expected}, got {self.got}")
 
 

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from rosproto.text import short
+
 MOST = 24
 """Order problems in one state message; the oldest are dropped."""
 _LONGEST = 500  # characters of a description, which may quote a received message
@@ -67,7 +69,7 @@ class Problem:
             "errorReferences": [
                 {"referenceKey": k, "referenceValue": v[:_LONGEST]} for k, v in self.references.items()
             ],
-            "errorDescription": self.description[:_LONGEST],
+            "errorDescription": short(self.description, _LONGEST),
             "errorLevel": self.level,
         }
         if hints and self.hint:
