@@ -4,6 +4,7 @@ from __future__ import annotations
 
 LAYERS = [
     "rosproto.text",
+    "rosproto.json_values",
     "rosproto.sentence",
     "rosproto.errors",
     "rosproto.files",
@@ -45,6 +46,7 @@ LAYERS = [
 PURE = [
     "rosproto.msg",
     "rosproto.text",
+    "rosproto.json_values",
     "rosproto.sentence",
     "rosproto.errors",
     "rosproto.typed_values",

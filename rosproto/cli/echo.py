@@ -14,9 +14,9 @@ from queue import Empty, Queue
 from typing import Any
 
 from rosproto.codec import strify_message
-from rosproto.codec.dicts import plain
 from rosproto.codec.message import Message
 from rosproto.errors import RosTimeout
+from rosproto.json_values import plain
 from rosproto.text import printable
 from rosproto.time import Time
 
@@ -193,7 +193,7 @@ class _Printer:
         if self.arguments.csv:
             self._csv(value, received)
         elif self.arguments.json:
-            shown = plain(value, finite=True)
+            shown = plain(value)
             document = {"topic": topic, "message": shown} if self.several else shown
             self.arguments.out.record(document, is_plain=True)
         else:

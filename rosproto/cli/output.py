@@ -6,16 +6,15 @@ Both commands print by it: `rosproto` in English, `woosh` in a language. An exce
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from enum import Enum
 from typing import Any, TextIO
 
+from rosproto.json_values import plain
 from rosproto.sentence import say
 from rosproto.text import padded, printable
 
@@ -88,7 +87,7 @@ class Output:
         """Print a JSON document in one line (many are JSON Lines); silent without --json.
 
         Args:
-            value: See `plain`.
+            value: See `rosproto.json_values.plain`.
             is_plain: It consists of JSON's own types, with finite numbers.
         """
         if self.as_json:
@@ -151,24 +150,3 @@ def _show_life(what: str, done: threading.Event) -> None:
                 line.show(f"{what} ... {time.monotonic() - began:.0f} s ")
     except (OSError, ValueError):
         return  # the reader has gone
-
-
-def plain(value: Any) -> Any:
-    """Convert a value for JSON: dataclasses to objects, arrays to lists, enums to names, NaN to null."""
-    if value is None or isinstance(value, (bool, str)):
-        return value
-    if isinstance(value, Enum):
-        return value.name
-    if isinstance(value, int):
-        return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if hasattr(value, "__dataclass_fields__"):  # without the slow import of dataclasses
-        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple, set, frozenset)):
-        return [plain(item) for item in value]
-    return str(value)

@@ -7,9 +7,9 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from rosproto.codec.dicts import plain
 from rosproto.errors import MasterError
 from rosproto.files import read_file, read_stream, read_text, write_file
+from rosproto.json_values import plain
 from rosproto.text import printable
 
 from .console import json_text
@@ -83,7 +83,7 @@ def _fetch(arguments: argparse.Namespace, key: str) -> Any:
 def _get(arguments: argparse.Namespace) -> None:
     value = _fetch(arguments, arguments.key)
     if arguments.json:
-        arguments.out.record(plain(value, finite=True))
+        arguments.out.record(plain(value))
     elif arguments.pretty and isinstance(value, str):
         print(value)  # --pretty: a text of several lines unchanged
     elif arguments.pretty and isinstance(value, dict):
@@ -152,9 +152,7 @@ def _search(arguments: argparse.Namespace) -> None:
 
 def _dump(arguments: argparse.Namespace) -> None:
     value = _fetch(arguments, arguments.namespace)
-    text = (
-        json_text(plain(value, finite=True), ascii_only=True, indent=2) if arguments.json else to_text(value)
-    )
+    text = json_text(plain(value), ascii_only=True, indent=2) if arguments.json else to_text(value)
     if arguments.file == "-":
         print(text)
     else:

@@ -6,12 +6,12 @@ single value for a message of one field, `now` for a time, `auto` for a Header (
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from rosproto.codec.classes import message_class
 from rosproto.codec.message import Message
 from rosproto.errors import CodecError
+from rosproto.json_values import plain
 from rosproto.msg.parser import INTEGER_RANGES
 from rosproto.time import Duration, Time, TVal
 
@@ -30,26 +30,7 @@ def to_dict(message: Any, *, finite: bool = False) -> dict[str, Any]:
     Returns:
         A dict in the order of the definition; times are `{"secs": int, "nsecs": int}`, arrays lists.
     """
-    return {name: plain(getattr(message, name), finite=finite) for name in message.__slots__}
-
-
-def plain(value: Any, *, finite: bool = False) -> Any:
-    """Convert a field's value or a parameter as `to_dict` does; bytes become lists of numbers."""
-    if isinstance(value, TVal) or (hasattr(value, "secs") and hasattr(value, "nsecs")):
-        return {"secs": value.secs, "nsecs": value.nsecs}
-    if hasattr(value, "_slot_types"):
-        return to_dict(value, finite=finite)
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, (bytes, bytearray)):
-        return list(value)
-    if isinstance(value, (list, tuple)):
-        return [plain(item, finite=finite) for item in value]
-    if isinstance(value, dict):
-        return {key: plain(item, finite=finite) for key, item in value.items()}
-    if finite and isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    return plain(message, finite=finite, names=False)
 
 
 def from_dict(cls: type[Message], value: Any, *, now: Time | None = None) -> Any:

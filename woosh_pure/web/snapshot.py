@@ -8,9 +8,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
-from enum import Enum
+from functools import partial
 from typing import Any
 
+from rosproto import json_values
 from rosproto.text import printable
 from woosh_pure.faults import Faults, with_words
 from woosh_pure.feed.feed import Reading
@@ -20,6 +21,8 @@ from woosh_pure.lease import LeaseState
 from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.values.state import Battery, RobotStatus
+
+plain = partial(json_values.plain, text=printable)
 
 LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
 """The feeds of the snapshot."""
@@ -35,34 +38,6 @@ def text_of(document: Any) -> str:
 
 def _encode(document: Any) -> str:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-
-
-def plain(value: Any) -> Any:
-    """Convert a value to JSON types: dataclasses to objects, arrays to lists, enums to names, NaN to null."""
-    if value is None or isinstance(value, bool):
-        return value
-    if isinstance(value, Enum):
-        return value.name
-    if isinstance(value, str):
-        return printable(value)
-    if isinstance(value, int):
-        return int(value)
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, bytes):
-        return list(value)
-    fields = getattr(value, "__dataclass_fields__", None)
-    if fields is None and not isinstance(value, (list, tuple, Mapping)):
-        fields = getattr(type(value), "__slots__", None) if hasattr(value, "_type") else None  # a message
-    if fields is not None:
-        return {name: plain(getattr(value, name)) for name in fields}
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple, set, frozenset)):
-        return [plain(item) for item in value]
-    return printable(str(value))
 
 
 def ages(readings: Mapping[str, Reading[Any] | None]) -> dict[str, float | None]:

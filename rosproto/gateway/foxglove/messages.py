@@ -11,7 +11,6 @@ from __future__ import annotations
 import base64
 import binascii
 import json
-import math
 import struct
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 from rosproto.gateway.json_text import JsonError, JsonReader
+from rosproto.json_values import plain
 
 if TYPE_CHECKING:
     from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannel, AdvertisedService
@@ -409,25 +409,10 @@ def _parameter(name: str, value: object) -> dict[str, Any]:
     if isinstance(value, bytes):
         return {"name": name, "value": base64.b64encode(value).decode("ascii"), "type": "byte_array"}
     if isinstance(value, float):
-        return {"name": name, "value": _plain(value), "type": "float64"}
+        return {"name": name, "value": plain(value), "type": "float64"}
     if isinstance(value, (list, tuple)) and value and all(isinstance(one, float) for one in value):
-        return {"name": name, "value": _plain(value), "type": "float64_array"}
-    return {"name": name, "value": _plain(value)}
-
-
-def _plain(value: object) -> Any:
-    """The value with replacements for everything that JSON cannot express."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, (bool, int, str)):
-        return value
-    if isinstance(value, bytes):
-        return value.decode("utf-8", "replace")
-    if isinstance(value, (list, tuple)):
-        return [_plain(one) for one in value]
-    if isinstance(value, dict):
-        return {str(key): _plain(one) for key, one in value.items()}
-    return str(value)
+        return {"name": name, "value": plain(value), "type": "float64_array"}
+    return {"name": name, "value": plain(value, octets=lambda octets: octets.decode("utf-8", "replace"))}
 
 
 _Nodes = Mapping[str, Sequence[str]]

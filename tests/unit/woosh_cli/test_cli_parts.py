@@ -13,8 +13,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rosproto.cli.output import plain
 from rosproto.errors import ConnectionLost
+from rosproto.json_values import plain
 from rosproto.numeric import encode_png
 from rosproto.text import width
 from rosproto.time import Time

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import base64
 import json
-import math
 
 from rosproto.gateway.access import Refusal
 from rosproto.gateway.parameter_access import HIDDEN, ParameterAccess
 from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible
+from rosproto.json_values import plain
 from rosproto.node import Node
 
 
@@ -104,19 +104,4 @@ def _from_json_or_text(text: str) -> object:
 
 
 def _to_json(value: object) -> str:
-    return json.dumps(_plain(value))
-
-
-def _plain(value: object) -> object:
-    """Replace values that JSON cannot express: NaN and infinity by null, bytes by base64, a date by text."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, dict):
-        return {str(name): _plain(below) for name, below in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, (bytes, bytearray)):
-        return base64.b64encode(value).decode("ascii")
-    if value is None or isinstance(value, (bool, int, float, str)):
-        return value
-    return str(value)
+    return json.dumps(plain(value, octets=lambda octets: base64.b64encode(octets).decode()))
