@@ -5,6 +5,7 @@ from __future__ import annotations
 LAYERS = [
     "rosproto.text",
     "rosproto.json_values",
+    "rosproto.json_fields",
     "rosproto.sentence",
     "rosproto.errors",
     "rosproto.files",
@@ -47,6 +48,7 @@ PURE = [
     "rosproto.msg",
     "rosproto.text",
     "rosproto.json_values",
+    "rosproto.json_fields",
     "rosproto.sentence",
     "rosproto.errors",
     "rosproto.typed_values",

@@ -30,7 +30,8 @@ def to_dict(message: Any, *, finite: bool = False) -> dict[str, Any]:
     Returns:
         A dict in the order of the definition; times are `{"secs": int, "nsecs": int}`, arrays lists.
     """
-    return plain(message, finite=finite, names=False)
+    document: dict[str, Any] = plain(message, finite=finite, names=False)
+    return document
 
 
 def from_dict(cls: type[Message], value: Any, *, now: Time | None = None) -> Any:

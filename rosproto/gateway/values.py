@@ -7,7 +7,6 @@ array of another length) is an error here that names the field.
 
 from __future__ import annotations
 
-import json
 import struct
 from base64 import b64decode
 from collections.abc import Callable
@@ -19,7 +18,7 @@ from rosproto.codec.layout import DTYPES, RANGES_BY_CODE, FieldLayout, Layout
 from rosproto.codec.message import Message
 from rosproto.errors import CodecError
 from rosproto.gateway.json_writer import JsonWriter, in_parts
-from rosproto.text import short
+from rosproto.json_fields import shown
 from rosproto.time import Time
 
 _WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
@@ -243,17 +242,6 @@ class _Reader:
                 return np.frombuffer(packed, DTYPES[field.base])
         # Find the wrong element.
         return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
-
-
-def shown(value: Any) -> str:
-    """A client's value for a sentence: short, on one line."""
-    if isinstance(value, (dict, list)):
-        return f"{'an object' if isinstance(value, dict) else 'an array'} of {len(value)}"
-    if isinstance(value, str):
-        return repr(short(value))
-    if isinstance(value, int) and value.bit_length() > 64:
-        return "a number of more than 64 bits"
-    return json.dumps(value)
 
 
 def definition_name(name: str) -> str:

@@ -12,12 +12,13 @@ import base64
 import binascii
 import json
 import struct
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from rosproto.gateway.json_text import JsonError, JsonReader
+from rosproto.json_fields import MISSING, Anything, Check, FieldError, Reader, listed, shown, text, whole
 from rosproto.json_values import plain
 
 if TYPE_CHECKING:
@@ -31,7 +32,6 @@ ENCODINGS = "json", "ros1"
 """Encodings in which clients may publish. Viewers choose the first: it needs no definition."""
 
 ROS1, SCHEMA_ENCODING = "ros1", "ros1msg"
-_SHOWN = 40  # characters of a client's text in a sentence
 
 
 class Level(IntEnum):
@@ -50,18 +50,27 @@ class MessageError(ValueError):
 
 
 class Request:
-    """One message of a client."""
+    """One message of a client. Fields have the checks of their JSON values, see `rosproto.json_fields`."""
 
     __slots__ = ()
 
 
+_number = whole(0, 2**32 - 1, "a whole number of 32 bits")
+Number = Annotated[int, _number]
+Text = Annotated[str, text]
+Names = Annotated[tuple[str, ...], listed(text), "parameterNames"]
+
+
+class ChannelSubscription(NamedTuple):
+    """The client's subscription id, and the id of the channel."""
+
+    id: Number
+    channel: Annotated[Number, "channelId"]
+
+
 @dataclass(frozen=True, slots=True)
 class Subscribe(Request):
-    """Attributes:
-    subscriptions: (the client's subscription id, channel id).
-    """
-
-    subscriptions: tuple[tuple[int, int], ...]
+    subscriptions: Annotated[tuple[ChannelSubscription, ...], listed(Reader(ChannelSubscription))]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +79,7 @@ class Unsubscribe(Request):
     subscriptions: The client's subscription ids.
     """
 
-    subscriptions: tuple[int, ...]
+    subscriptions: Annotated[tuple[int, ...], listed(_number), "subscriptionIds"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,17 +93,17 @@ class ClientAdvertisement:
         schema_encoding: Format of the definition.
     """
 
-    id: int
-    topic: str
-    encoding: str
-    schema_name: str
-    schema: str = ""
-    schema_encoding: str = ""
+    id: Number
+    topic: Text
+    encoding: Text
+    schema_name: Annotated[Text, "schemaName"]
+    schema: Text = ""
+    schema_encoding: Annotated[Text, "schemaEncoding"] = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Advertise(Request):
-    channels: tuple[ClientAdvertisement, ...]
+    channels: Annotated[tuple[ClientAdvertisement, ...], listed(Reader(ClientAdvertisement))]
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +112,7 @@ class Unadvertise(Request):
     channels: The client's channel ids.
     """
 
-    channels: tuple[int, ...]
+    channels: Annotated[tuple[int, ...], listed(_number), "channelIds"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,8 +122,34 @@ class GetParameters(Request):
     id: Id of the request, or None.
     """
 
-    names: tuple[str, ...]
-    id: str | None = None
+    names: Names
+    id: Text | None = None
+
+
+class _Parameter(NamedTuple):
+    name: Text
+    value: Anything = None
+    type: Anything = None
+
+
+_read_parameter = Reader(_Parameter)
+
+
+def _typed(document: object, longest: int) -> tuple[str, object]:
+    """The name and value of a parameter; the value is None if it has none."""
+    name, value, kind = _read_parameter(document, longest)
+    if value is None or kind is None:
+        return name, value
+    try:
+        if kind == "byte_array" and isinstance(value, str):
+            return name, base64.b64decode(value, validate=True)
+        if kind == "float64" and not isinstance(value, (str, bool)):
+            return name, float(value)
+        if kind == "float64_array" and isinstance(value, list):
+            return name, [float(each) for each in value]
+    except (binascii.Error, TypeError, ValueError, OverflowError):
+        pass
+    raise MessageError(f"the value of {shown(name)} is no {shown(kind)}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,13 +159,13 @@ class SetParameters(Request):
     id: Id of the request; None if no answer is wanted.
     """
 
-    parameters: tuple[tuple[str, object], ...]
-    id: str | None = None
+    parameters: Annotated[tuple[tuple[str, object], ...], listed(_typed)]
+    id: Text | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class FollowParameters(Request):
-    names: tuple[str, ...]
+    names: Names
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +174,7 @@ class LeaveParameters(Request):
     names: Empty for all.
     """
 
-    names: tuple[str, ...]
+    names: Names
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,8 +184,8 @@ class WantGraph(Request):
 
 @dataclass(frozen=True, slots=True)
 class FetchAsset(Request):
-    uri: str
-    request: int
+    uri: Text
+    request: Annotated[Number, "requestId"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,14 +219,15 @@ def _read_text(text: str, reader: JsonReader) -> Request:
     document = values[0] if values else None
     if not isinstance(document, dict):
         raise MessageError("the message is no JSON object")
-    op = document.get("op")
+    op = document.get("op", MISSING)
     read_fields = _OPERATIONS.get(op) if isinstance(op, str) else None
     if read_fields is None:
-        raise MessageError(f"the message's op is {_short(op)}; expected one of {', '.join(_OPERATIONS)}")
+        raise MessageError(f"the message's op is {shown(op)}; expected one of {', '.join(_OPERATIONS)}")
     try:
-        return read_fields(document)
-    except MessageError as problem:
+        request: Request = read_fields(document, 0)
+    except (FieldError, MessageError) as problem:
         raise MessageError(f"{op}: {problem}") from None
+    return request
 
 
 def _read_binary(data: bytes) -> Request:
@@ -211,115 +247,19 @@ def _read_binary(data: bytes) -> Request:
 _UINT32, _THREE = struct.Struct("<I"), struct.Struct("<III")
 
 
-def _text(document: Mapping[str, Any], name: str, default: str | None = None) -> str:
-    value = document.get(name)
-    if value is None and default is not None:
-        return default
-    if not isinstance(value, str):
-        raise MessageError(f"{name} is {_short(value)}; expected a text")
-    return value
-
-
-def _number(value: object, name: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 1 << 32:
-        raise MessageError(f"{name} is {_short(value)}; expected a whole number of 32 bits")
-    return value
-
-
-def _list(document: Mapping[str, Any], name: str, kind: type = object, what: str = "") -> list[Any]:
-    value = document.get(name)
-    if not isinstance(value, list):
-        raise MessageError(f"{name} is {_short(value)}; expected a list")
-    if not all(isinstance(one, kind) for one in value):
-        raise MessageError(f"{name} has what is no {what}")
-    return value
-
-
-def _objects(document: Mapping[str, Any], name: str) -> list[dict[str, Any]]:
-    return _list(document, name, dict, "object")
-
-
-def _numbers(document: Mapping[str, Any], name: str) -> tuple[int, ...]:
-    return tuple(_number(one, name) for one in _list(document, name))
-
-
-def _names(document: Mapping[str, Any]) -> tuple[str, ...]:
-    return tuple(_list(document, "parameterNames", str, "text"))
-
-
-def _id(document: Mapping[str, Any]) -> str | None:
-    return None if document.get("id") is None else _text(document, "id")
-
-
-def _subscribe(document: Mapping[str, Any]) -> Request:
-    return Subscribe(
-        tuple(
-            (_number(one.get("id"), "id"), _number(one.get("channelId"), "channelId"))
-            for one in _objects(document, "subscriptions")
-        )
-    )
-
-
-def _advertise(document: Mapping[str, Any]) -> Request:
-    return Advertise(
-        tuple(
-            ClientAdvertisement(
-                _number(one.get("id"), "id"),
-                _text(one, "topic"),
-                _text(one, "encoding"),
-                _text(one, "schemaName"),
-                _text(one, "schema", ""),
-                _text(one, "schemaEncoding", ""),
-            )
-            for one in _objects(document, "channels")
-        )
-    )
-
-
-def _set_parameters(document: Mapping[str, Any]) -> Request:
-    parameters = tuple((_text(one, "name"), _value(one)) for one in _objects(document, "parameters"))
-    return SetParameters(parameters, _id(document))
-
-
-def _value(one: Mapping[str, Any]) -> object:
-    """The value of a client's parameter; None if it has none."""
-    value, kind = one.get("value"), one.get("type")
-    if value is None or kind is None:
-        return value
-    try:
-        if kind == "byte_array" and isinstance(value, str):
-            return base64.b64decode(value, validate=True)
-        if kind == "float64" and not isinstance(value, (str, bool)):
-            return float(value)
-        if kind == "float64_array" and isinstance(value, list):
-            return [float(each) for each in value]
-    except (binascii.Error, TypeError, ValueError, OverflowError):
-        pass
-    raise MessageError(f"the value of {_short(one.get('name'))} is no {_short(kind)}")
-
-
-_OPERATIONS: dict[str, Callable[[Mapping[str, Any]], Request]] = {
-    "subscribe": _subscribe,
-    "unsubscribe": lambda document: Unsubscribe(_numbers(document, "subscriptionIds")),
-    "advertise": _advertise,
-    "unadvertise": lambda document: Unadvertise(_numbers(document, "channelIds")),
-    "getParameters": lambda document: GetParameters(_names(document), _id(document)),
-    "setParameters": _set_parameters,
-    "subscribeParameterUpdates": lambda document: FollowParameters(_names(document)),
-    "unsubscribeParameterUpdates": lambda document: LeaveParameters(_names(document)),
-    "subscribeConnectionGraph": lambda document: WantGraph(True),
-    "unsubscribeConnectionGraph": lambda document: WantGraph(False),
-    "fetchAsset": lambda document: FetchAsset(
-        _text(document, "uri"), _number(document.get("requestId"), "requestId")
-    ),
+_OPERATIONS: dict[str, Check] = {
+    "subscribe": Reader(Subscribe),
+    "unsubscribe": Reader(Unsubscribe),
+    "advertise": Reader(Advertise),
+    "unadvertise": Reader(Unadvertise),
+    "getParameters": Reader(GetParameters),
+    "setParameters": Reader(SetParameters),
+    "subscribeParameterUpdates": Reader(FollowParameters),
+    "unsubscribeParameterUpdates": Reader(LeaveParameters),
+    "subscribeConnectionGraph": lambda _document, _longest: WantGraph(True),
+    "unsubscribeConnectionGraph": lambda _document, _longest: WantGraph(False),
+    "fetchAsset": Reader(FetchAsset),
 }
-
-
-def _short(value: object) -> str:
-    if value is None:
-        return "missing"
-    text = repr(value[:_SHOWN] if isinstance(value, str) else value)
-    return text if len(text) <= 2 * _SHOWN else f"{text[: 2 * _SHOWN]}..."
 
 
 # -- messages to a client ------------------------------------------------------------------------------------

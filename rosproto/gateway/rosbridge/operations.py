@@ -13,16 +13,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, field, fields
-from typing import Any, NamedTuple, get_args, get_type_hints
+from dataclasses import dataclass, field
+from typing import Any
 
 from rosproto.gateway.rosbridge.fields import (
-    Anything,
     Arguments,
-    Check,
     Compression,
     Count,
-    FieldError,
     Flag,
     Id,
     Name,
@@ -32,9 +29,10 @@ from rosproto.gateway.rosbridge.fields import (
     Status,
     StatusLevel,
     Text,
+    WrongMessage,
     read_id,
 )
-from rosproto.gateway.values import shown
+from rosproto.json_fields import Anything, FieldError, Reader
 
 RECEIVED_PARTS = ("fragment", "png")
 """Operations that contain another one; `Protocol` unpacks them."""
@@ -288,48 +286,16 @@ Request = Operation | Reply | LongMessage | Close
 # -- the table
 
 
-class Field(NamedTuple):
-    """A field of an operation."""
-
-    name: str
-    check: Check
-    required: bool
-
-
-class Row(NamedTuple):
-    """A row of `OPERATIONS`: the class and its fields."""
-
-    make: type[Operation]
-    fields: tuple[Field, ...]
-
-
 def op_of(kind: type) -> str:
     """ "call_service" of CallService."""
     return re.sub("(?<!^)(?=[A-Z])", "_", kind.__name__).lower()
 
 
-def _fields(kind: Any) -> tuple[Field, ...]:
-    hints = get_type_hints(kind, include_extras=True)
-    found = []
-    for each in fields(kind):
-        # `Annotated[...]`, or `Annotated[...] | None`
-        checks = [
-            check
-            for hint in (hints[each.name], *get_args(hints[each.name]))
-            for check in getattr(hint, "__metadata__", ())
-        ]
-        if checks:
-            required = each.default is MISSING and each.default_factory is MISSING
-            found.append(Field(each.name, checks[0], required))
-    return tuple(found)
-
-
 OPERATIONS = {
-    op_of(kind): Row(kind, _fields(kind))
+    op_of(kind): Reader(kind)
     for kind in list(globals().values())
     if isinstance(kind, type) and issubclass(kind, Operation) and kind is not Operation
 }
-_NULL_IS_A_VALUE = frozenset({"msg"})  # `from_values` refuses it, with a better sentence
 _APPENDED = {"call_service": "service", "send_action_goal": "action", "cancel_action_goal": "action"}
 """Fields to which old clients append the id: `/rosapi/topics#33` is a call with the id 33."""
 
@@ -338,29 +304,22 @@ def read_operation(op: str, message: dict[str, Any], text_length: int) -> Reques
     """Make the request of a message whose `op` is in `OPERATIONS`.
 
     Raises:
-        FieldError: A field is wrong; the text names it.
+        WrongMessage: A field is wrong; the text names it.
     """
-    row = OPERATIONS[op]
-    given: dict[str, Any] = {"id": read_id(message, text_length)}
-    for each in row.fields:
-        value = message.get(each.name)
-        if value is None and each.name in _NULL_IS_A_VALUE and each.name in message:
-            given[each.name] = None
-        elif value is not None:
-            try:
-                given[each.name] = each.check(value, text_length)
-            except ValueError as error:
-                raise FieldError(f"field {each.name} is {shown(value)}; expected {error}") from None
-        elif each.required:
-            raise FieldError(f"field {each.name} is missing; it is required")
+    reader, id = OPERATIONS[op], read_id(message, text_length)
+    try:
+        given = reader.arguments(message, text_length)
+    except FieldError as error:
+        raise WrongMessage(f"field {error}") from None
     if op in _APPENDED:
         asked = given[_APPENDED[op]]
         given[_APPENDED[op]], mark, appended = asked.partition("#")
-        if mark and given["id"] is None:
-            given["id"] = appended
+        if mark and id is None:
+            id = appended
         if op != "cancel_action_goal":
             given["asked"] = asked
-    return row.make(**given)
+    given["id"] = id
+    return reader.make(**given)
 
 
 def unread_request(op: object, message: dict[str, Any], id: Id, text_length: int) -> Request | None:

@@ -20,7 +20,7 @@ from typing import Any
 from rosproto.gateway.chunks import ChunkedMessage, chunked
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.json_text import JsonError, JsonReader, is_short
-from rosproto.gateway.rosbridge.fields import LEVELS, FieldError, Id, Level, read_id
+from rosproto.gateway.rosbridge.fields import LEVELS, Id, Level, WrongMessage, read_id
 from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, cut
 from rosproto.gateway.rosbridge.operations import (
     OPERATIONS,
@@ -133,9 +133,9 @@ class Protocol:
                 whole = self._part(op, message, now, depth)
                 return [] if whole is None else self._text(whole, now, depth + 1, at_once)
             if not isinstance(op, str) or op not in OPERATIONS:
-                raise FieldError(_no_operation(message, op))
+                raise WrongMessage(_no_operation(message, op))
             request = read_operation(op, message, self._limits.text_length)
-        except (FieldError, FragmentError, PngError) as error:
+        except (WrongMessage, FragmentError, PngError) as error:
             what = f"{op}: " if isinstance(op, str) and (op in OPERATIONS or op in RECEIVED_PARTS) else ""
             asked = unread_request(op, message, id, self._limits.text_length)
             self._refuse(requests, f"{what}{error}", id, asked)
@@ -148,7 +148,7 @@ class Protocol:
     def _part(self, op: str, message: dict[str, Any], now: float, depth: int) -> str | None:
         """The text in a fragment or a picture; None while fragments are missing."""
         if depth >= _WRAPPED:
-            raise FieldError("too many fragments and pictures inside one another")
+            raise WrongMessage("too many fragments and pictures inside one another")
         if op == "fragment":
             return self._fragments.add(message, now)
         if "num" in message or "total" in message:
@@ -158,10 +158,10 @@ class Protocol:
         else:
             data = message.get("data")
         if not isinstance(data, str):
-            raise FieldError("field data is missing or no text; expected a picture in base64")
+            raise WrongMessage("field data is missing or no text; expected a picture in base64")
         self._pictures += 1
         if self._pictures > _MOST_PICTURES:
-            raise FieldError(f"more than {_MOST_PICTURES} pictures in one message; send them one by one")
+            raise WrongMessage(f"more than {_MOST_PICTURES} pictures in one message; send them one by one")
         return unpack(data, min(MOST_BYTES, self._limits.message_bytes))
 
     def _refuse(
