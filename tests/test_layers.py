@@ -1,4 +1,7 @@
-"""Imports go one way: each layer (tools/layers.py) may import only what stands below it."""
+"""Imports at run time go one way: each layer (tools/layers.py) may import only what stands below it.
+
+An import under `if TYPE_CHECKING` may point up: the type that a part is given is named there, wherever it is defined.
+"""
 
 from __future__ import annotations
 
@@ -144,6 +147,12 @@ def statements(tree: ast.AST) -> Iterator[ast.AST]:
                 todo.append(child)
 
 
+def run_time_statements(tree: ast.AST) -> Iterator[ast.AST]:
+    """Those that are executed: what is imported for types alone is left out."""
+    skipped = type_checking_blocks(tree)
+    return (node for node in statements(tree) if node not in skipped)
+
+
 def test_a_statement_is_found_however_deep_it_stands() -> None:
     source = Path(__file__).read_text("utf-8") + (
         "\ntry:\n  with x:\n    pass\nexcept E:\n  match y:\n    case 1:\n      import deep\n"
@@ -153,10 +162,20 @@ def test_a_statement_is_found_however_deep_it_stands() -> None:
     assert {node for node in statements(tree) if isinstance(node, ast.stmt)} == of_all
 
 
+def test_an_import_for_types_alone_does_not_count() -> None:
+    """Neither for the layers nor for the cycles; one that is executed counts, however late."""
+    source = (
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n  import up\nelse:\n  import down\n"
+        "def late():\n  import later\n"
+    )
+    found = [node for node in run_time_statements(ast.parse(source)) if isinstance(node, ast.Import)]
+    assert {alias.name for node in found for alias in node.names} == {"down", "later"}
+
+
 def imports_within(module: str, files: dict[str, Path]) -> set[str]:
-    """Which of some files one of them imports: late, or for types only, or not."""
+    """Which of some files one of them imports at run time, late imports included."""
     found = set()
-    for node in statements(parsed(files[module])):
+    for node in run_time_statements(parsed(files[module])):
         if isinstance(node, ast.ImportFrom) and node.module:
             names = [f"{node.module}.{alias.name}" for alias in node.names]
             found |= {name if name in files else node.module for name in names}
@@ -203,7 +222,7 @@ def test_a_cycle_is_seen() -> None:
 
 
 def test_no_files_of_the_node_import_one_another() -> None:
-    """Imports for types count, too: of two files one can be read, and tested, without the other."""
+    """Late imports count, too: of two files one can be loaded, and tested, without the other."""
     assert len(node_imports()) > 20
     assert cycles(node_imports()) == {}
 
@@ -228,7 +247,7 @@ GATEWAY = {name: path for name, path in MODULES if name.startswith("rosproto.gat
 
 
 def test_no_files_of_the_gateway_import_one_another() -> None:
-    """Imports for types count, too: a session knows the server's state, which knows a session by a protocol."""
+    """Late imports count, too."""
     imports = {module: imports_within(module, GATEWAY) for module in GATEWAY}
     assert len(imports) > 40
     assert cycles(imports) == {}
@@ -245,7 +264,7 @@ def chassis_imports() -> dict[str, set[str]]:
 
 
 def test_no_two_files_of_the_chassis_need_each_other() -> None:
-    """Imports for types count, too: what is used below is handed down, or described by a protocol."""
+    """Late imports count, too: what is used below is handed down."""
     assert len(chassis_imports()) > 100
     assert cycles(chassis_imports(), TWO_FACES) == {}
 
@@ -288,7 +307,7 @@ def test_the_floors_of_the_chassis_name_every_room_once() -> None:
 
 
 def test_a_room_of_the_chassis_imports_lower_floors_only() -> None:
-    """Late imports and those for types count, too: whoever reads a room has to know only what is below it."""
+    """Late imports count, too: whoever loads a room loads only what is below it."""
     for module, imports in chassis_imports().items():
         own = chassis_room(module)
         others = imports if module not in TWO_FACES else set()
