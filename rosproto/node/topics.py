@@ -266,7 +266,7 @@ class TopicTable:
         ]
         return [stats for topic in topics for stats in topic.stats()]
 
-    # -- the slave API (`SlaveTopics`) ---------------------------------------------------------------------
+    # -- the slave API -------------------------------------------------------------------------------------
 
     def publications(self) -> list[list[str]]:
         return [[name, publication.type.name] for name, publication in list(self._publications.items())]

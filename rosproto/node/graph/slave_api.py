@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import MasterError, RosError
 from rosproto.logs import PeerLog, get_logger
@@ -22,29 +22,12 @@ from rosproto.node.graph.master_client import MasterClient
 from rosproto.protocol.udpros import UDPROS, DatagramRequest
 from rosproto.protocol.xmlrpc import Fault
 
+if TYPE_CHECKING:
+    from rosproto.node.topics import TopicTable
+
 _log = get_logger("rosproto.node")
 
 Reply = list[Any]
-
-
-class SlaveTopics(Protocol):
-    """The topics of the node, as the slave API uses them."""
-
-    def publications(self) -> list[list[str]]: ...
-
-    def subscriptions(self) -> list[list[str]]: ...
-
-    def bus_info(self) -> list[list[Any]]: ...
-
-    def bus_stats(self) -> list[list[Any]]: ...
-
-    def is_published(self, topic: str) -> bool: ...
-
-    def request_datagrams(self, topic: str, request: DatagramRequest) -> list[object]: ...
-
-    def update_publishers(self, topic: str, uris: list[str]) -> None: ...
-
-    def verify_publishers(self, topic: str) -> None: ...
 
 
 class _BadArgument(Exception):
@@ -66,7 +49,7 @@ class SlaveApi:
         *,
         name: str,
         master: MasterClient,
-        topics: SlaveTopics,
+        topics: TopicTable,
         own_uri: Callable[[], str],
         tcpros_address: Callable[[], tuple[str, int]],
         is_master_address: Callable[[str], bool],

@@ -11,14 +11,18 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import deque
+from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosTimeout
-from rosproto.node.incoming.publisher_link import LinkSubscription, PublisherLink
+from rosproto.node.incoming.publisher_link import PublisherLink
 from rosproto.node.incoming.publisher_link_state import LinkEvent
 from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import check_publisher_header, check_subscriber_header, subscriber_header
+
+if TYPE_CHECKING:
+    from rosproto.node.incoming.subscription import Subscription
 
 MOST_AT_ONCE = 256
 IN_FLIGHT = 1 << 20  # bytes that may wait regardless of the queue size, as in the buffers of TCP
@@ -129,7 +133,7 @@ class _LocalPipe:
 class LocalLink(PublisherLink):
     """The subscriber's side; see `PublisherLink`."""
 
-    def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
+    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         nodes = self._context.local_nodes
         self.transport = "INTRAPROCESS" if nodes is None else nodes.told_as

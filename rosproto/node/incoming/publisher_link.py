@@ -7,9 +7,8 @@ publisher in this process) open a session and receive.
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
 from time import monotonic
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
 from rosproto.errors import (
     CodecError,
@@ -22,11 +21,8 @@ from rosproto.errors import (
     TooLarge,
 )
 from rosproto.logs import get_logger
-from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import RevisedType
-from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.incoming.delivery import Delivery
 from rosproto.node.incoming.publisher_link_state import (
     LEAST,
     STEADY,
@@ -36,8 +32,11 @@ from rosproto.node.incoming.publisher_link_state import (
     next_state,
 )
 from rosproto.node.stats import LinkStats
-from rosproto.protocol.handshake import HandshakeRefused, PublisherReply
+from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.transport.os_errors import interpreter_shuts_down, translate
+
+if TYPE_CHECKING:
+    from rosproto.node.incoming.subscription import Subscription
 
 _log = get_logger("rosproto.node")
 
@@ -47,50 +46,6 @@ REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLa
 
 ASK_EVERY = 4
 """Failed tries (about 1 s) after which the master is asked whether it still lists the publisher."""
-
-
-class LinkSubscription(Protocol):
-    """The part of `Subscription` that links use."""
-
-    context: Context
-    name: str
-    type: TopicType
-    present_type: TopicType
-    skipped: int
-    tcp_nodelay: bool
-    unreliable: bool
-
-    @property
-    def delivery(self) -> Delivery:
-        """Delivers messages to the present set of subscribers."""
-
-    def report(self, error: Exception) -> None:
-        """Note an error, and call the subscribers' `on_error`."""
-
-    def learn(self, reply: PublisherReply, peer: str) -> RevisedType | None:
-        """Check a publisher's type; return its revision to decode, None for the requested type."""
-
-    def delivery_for(self, revised: RevisedType) -> Delivery:
-        """As `delivery`, for a publisher of another revision."""
-
-    def forget_revised(self, revised: RevisedType) -> None:
-        """Drop the delivery of a session that has ended."""
-
-    def hand_out(
-        self,
-        link: object,
-        delivery: Delivery,
-        batch: Sequence[Any],
-        header: dict[str, str],
-        revised: RevisedType | None,
-    ) -> None:
-        """Deliver messages that were received for `delivery`, and keep a latched one."""
-
-    def link_changed(self) -> None:
-        """A link was made or lost."""
-
-    def link_closed(self, link: PublisherLink) -> None:
-        """A link's thread ends."""
 
 
 class PublisherLink:
@@ -109,7 +64,7 @@ class PublisherLink:
 
     transport = "TCPROS"
 
-    def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
+    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
         self.subscription = subscription
         self.topic = subscription.name
         self.uri = uri

@@ -33,7 +33,7 @@ from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import RegistrationCall
 from rosproto.node.incoming.delivery import Delivery, RevisedDelivery, encoded
 from rosproto.node.incoming.local_link import LocalLink
-from rosproto.node.incoming.publisher_link import LinkSubscription, PublisherLink
+from rosproto.node.incoming.publisher_link import PublisherLink
 from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 from rosproto.node.incoming.tcpros_link import TcprosLink
 from rosproto.node.stats import LinkStats
@@ -43,7 +43,7 @@ from rosproto.transport.deadline import wait_for
 from rosproto.transport.uri import parse_uri
 
 
-def make_link(subscription: LinkSubscription, uri: str) -> PublisherLink:
+def make_link(subscription: Subscription, uri: str) -> PublisherLink:
     """Make a link to a publisher: in this process, by datagrams, or over TCP; it is not started yet."""
     context = subscription.context
     id = context.next_link_id()

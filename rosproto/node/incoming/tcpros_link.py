@@ -13,12 +13,12 @@ import socket
 import struct
 import sys
 from time import perf_counter, sleep
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError
 from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.node.incoming.publisher_link import LinkSubscription, PublisherLink
+from rosproto.node.incoming.publisher_link import PublisherLink
 from rosproto.node.incoming.publisher_link_state import LinkEvent
 from rosproto.protocol.framing import Decode, FrameDecoder
 from rosproto.protocol.handshake import (
@@ -32,6 +32,9 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import expect_data, interrupt
 from rosproto.transport.tcpros_io import read_header, write_header
 from rosproto.transport.uri import format_address
+
+if TYPE_CHECKING:
+    from rosproto.node.incoming.subscription import Subscription
 
 FIRST_BUFFER = 4 << 10  # bytes; enough for most topics, and a node may have hundreds
 
@@ -148,7 +151,7 @@ TRY_SECONDS = 5.0
 class TcprosLink(PublisherLink):
     """See `PublisherLink`."""
 
-    def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
+    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._sock: socket.socket | None = None
         self._reader: FrameReader | None = None

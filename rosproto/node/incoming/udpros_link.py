@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import socket
 from time import monotonic
+from typing import TYPE_CHECKING
 
 from rosproto.errors import CodecError, ConnectionLost, MasterError, TooLarge
 from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.node.incoming.publisher_link import LinkSubscription
 from rosproto.node.incoming.publisher_link_state import LinkEvent
 from rosproto.node.incoming.tcpros_link import TRY_SECONDS, TcprosLink
 from rosproto.node.stats import LinkStats
@@ -27,6 +27,9 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.udp import open_receiver
 from rosproto.transport.uri import format_address
 
+if TYPE_CHECKING:
+    from rosproto.node.incoming.subscription import Subscription
+
 QUIET_SECONDS = 3.0  # without a datagram, before the publisher is asked
 LATE_SECONDS = 0.5
 MOST_BYTES = 1 << 16  # the limit of UDP for a datagram
@@ -35,7 +38,7 @@ MOST_BYTES = 1 << 16  # the limit of UDP for a datagram
 class UdprosLink(TcprosLink):
     """See `PublisherLink`; the publisher chooses datagrams or TCP for each session."""
 
-    def __init__(self, subscription: LinkSubscription, uri: str, id: int) -> None:
+    def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
         self._datagrams: Reassembly | None = None
         self._past_lost = 0

@@ -25,16 +25,18 @@ The monitor checks each link every `LOOK` seconds and resets it when
 from __future__ import annotations
 
 import selectors
-import socket
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from rosproto.logs import get_logger
 from rosproto.transport.tcp import open_selector, wake_pair
 from rosproto.transport.unsent_bytes import UnsentBytes
+
+if TYPE_CHECKING:
+    from rosproto.node.outgoing.queued_link import QueuedLink
 
 _log = get_logger("rosproto.node")
 
@@ -103,27 +105,6 @@ MOST_IN_SELECT = 500  # sockets per thread; Windows' select() takes 512
 LONGEST_SLEEP = 5.0  # seconds; bounds every wait
 
 
-class MonitoredLink(Protocol):
-    """Interface of a link as the monitor uses it."""
-
-    @property
-    def sock(self) -> socket.socket: ...
-
-    def on_readable(self) -> None: ...
-
-    def on_writable(self) -> None: ...
-
-    def flush(self) -> None: ...
-
-    def look(self, now: float, before: float) -> None:
-        """Check the bytes under way.
-
-        Args:
-            now: `time.monotonic()`.
-            before: Time of the previous check.
-        """
-
-
 class LinkMonitor:
     """The monitor thread; started with the first link, ended by `close`."""
 
@@ -139,28 +120,28 @@ class LinkMonitor:
         self._wake_out.setblocking(False)
         self._selector.register(self._wake_in, selectors.EVENT_READ, None)
         self._requests: deque[Callable[[], None]] = deque()
-        self._due: deque[MonitoredLink] = deque()
+        self._due: deque[QueuedLink] = deque()
         self._ticking = False
         self._closing = False
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
         self._further: LinkMonitor | None = None
-        self._elsewhere: set[MonitoredLink] = set()  # watched by `_further`
+        self._elsewhere: set[QueuedLink] = set()  # watched by `_further`
         self._looked = time.monotonic()
         self._look_failed = False  # logged once
 
     # -- from any thread ------------------------------------------------------------------------------------
 
-    def add(self, link: MonitoredLink) -> None:
+    def add(self, link: QueuedLink) -> None:
         """Watch a link; its socket must be non-blocking."""
         self._request(lambda: self._watch(link, selectors.EVENT_READ))
 
-    def want_write(self, link: MonitoredLink, wanted: bool) -> None:
+    def want_write(self, link: QueuedLink, wanted: bool) -> None:
         """Call `on_writable` whenever the socket is writable, until called again with False."""
         events = selectors.EVENT_READ | (selectors.EVENT_WRITE if wanted else 0)
         self._request(lambda: self._change(link, events))
 
-    def remove(self, link: MonitoredLink) -> None:
+    def remove(self, link: QueuedLink) -> None:
         """Stop watching, then close the socket.
 
         The monitor closes the socket itself: if the selector still held a file descriptor that was closed and
@@ -168,7 +149,7 @@ class LinkMonitor:
         """
         self._request(lambda: self._drop(link))
 
-    def flush_later(self, link: MonitoredLink) -> None:
+    def flush_later(self, link: QueuedLink) -> None:
         """Call `link.flush()` about a millisecond from now."""
         self._due.append(link)
         if not self._ticking:
@@ -227,7 +208,7 @@ class LinkMonitor:
                 # A link added before `_ticking` was cleared did not wake this thread.
                 self._ticking = bool(self._due)
 
-    def _serve(self, link: MonitoredLink | None, events: int) -> None:
+    def _serve(self, link: QueuedLink | None, events: int) -> None:
         if link is None:
             try:
                 self._wake_in.recv(4096)
@@ -263,7 +244,7 @@ class LinkMonitor:
                         _log.exception("! the age of unsent bytes is not known: %r", key.data)
                     self._look_failed = True
 
-    def _watch(self, link: MonitoredLink, events: int) -> None:
+    def _watch(self, link: QueuedLink, events: int) -> None:
         selector = self._selector
         if isinstance(selector, selectors.SelectSelector) and len(selector.get_map()) > MOST_IN_SELECT:
             self._watch_elsewhere(link, events)
@@ -273,7 +254,7 @@ class LinkMonitor:
         except (ValueError, KeyError, OSError) as error:
             _log.debug("! not watched, closed already: %r: %s", link, error)
 
-    def _watch_elsewhere(self, link: MonitoredLink, events: int) -> None:
+    def _watch_elsewhere(self, link: QueuedLink, events: int) -> None:
         if self._further is None:
             self._further = LinkMonitor(f"{self._name}+")
         self._elsewhere.add(link)
@@ -281,7 +262,7 @@ class LinkMonitor:
         if events & selectors.EVENT_WRITE:
             self._further.want_write(link, True)
 
-    def _change(self, link: MonitoredLink, events: int) -> None:
+    def _change(self, link: QueuedLink, events: int) -> None:
         if link in self._elsewhere:
             assert self._further is not None
             self._further.want_write(link, bool(events & selectors.EVENT_WRITE))
@@ -294,7 +275,7 @@ class LinkMonitor:
         except (ValueError, OSError):
             pass  # removed meanwhile
 
-    def _drop(self, link: MonitoredLink) -> None:
+    def _drop(self, link: QueuedLink) -> None:
         if link in self._elsewhere:
             assert self._further is not None
             self._elsewhere.discard(link)

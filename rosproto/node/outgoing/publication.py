@@ -12,9 +12,9 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from time import perf_counter
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import Message
 from rosproto.codec.conversion import ConversionError
@@ -46,29 +46,15 @@ from rosproto.protocol.handshake import check_subscriber_header, publisher_heade
 from rosproto.transport.deadline import Deadline, wait_for
 from rosproto.transport.uri import format_address
 
+if TYPE_CHECKING:
+    from rosproto.node.outgoing.publisher import Publisher
+
 _log = get_logger("rosproto.node")
 
 # Seconds: longest gap between messages of a burst. A tight loop has gaps of 1 to 2 us. A ping between two
 # processes on one processor has 5 us and must not wait in a batch.
 BURST_GAP = 4e-6
 BURST_LENGTH = 8  # messages in a row that make a burst
-
-
-class PublisherHandle(Protocol):
-    """Interface of the program's handle (`publisher.Publisher`) as the publication uses it."""
-
-    latch: bool
-    queue_size: int
-    linger: bool
-    on_connect: Callable[[str], object] | None
-    on_disconnect: Callable[[str], object] | None
-    header: Callable[[], Mapping[str, str]] | None
-
-    def end(self) -> None:
-        """The node closes."""
-
-    def close(self) -> None:
-        """The topic could not be registered."""
 
 
 class Publication:
@@ -89,8 +75,8 @@ class Publication:
         self.type = type_
         self.links: tuple[OutgoingLink, ...] = ()
         self._lock = threading.Condition()
-        self._handles: list[PublisherHandle] = []
-        self._latched: dict[PublisherHandle, Frame] = {}
+        self._handles: list[Publisher] = []
+        self._latched: dict[Publisher, Frame] = {}
         self._encoder = FrameEncoder(name, type_)
         self._burst = 0
         self._returned = 0.0
@@ -116,7 +102,7 @@ class Publication:
 
     # -- handles --------------------------------------------------------------------------------------------
 
-    def add_handle(self, handle: PublisherHandle) -> None:
+    def add_handle(self, handle: Publisher) -> None:
         """Add a `Publisher` of this topic; the longest requested queue applies to every subscriber."""
         with self._lock:
             self._handles.append(handle)
@@ -125,7 +111,7 @@ class Publication:
                 link.queue_size = size
                 link.set_linger(linger)
 
-    def remove_handle(self, handle: PublisherHandle) -> bool:
+    def remove_handle(self, handle: Publisher) -> bool:
         """Remove a publisher and its latched message; True if it was the last one."""
         with self._lock:
             if handle in self._handles:
@@ -144,7 +130,7 @@ class Publication:
         return all(handle.linger for handle in self._handles)
 
     @property
-    def handles(self) -> list[PublisherHandle]:
+    def handles(self) -> list[Publisher]:
         return list(self._handles)
 
     @property
@@ -376,7 +362,7 @@ class Publication:
 
     # -- messages -------------------------------------------------------------------------------------------
 
-    def publish(self, handle: PublisherHandle, message: Any) -> None:
+    def publish(self, handle: Publisher, message: Any) -> None:
         """Encode a message and send it to every subscriber; see `Publisher.publish`.
 
         Conversion errors for subscribers of other revisions are raised after all sends.
@@ -423,7 +409,7 @@ class Publication:
         if problem is not None:
             raise problem
 
-    def _latch(self, handle: PublisherHandle, frame: Frame) -> tuple[OutgoingLink, ...]:
+    def _latch(self, handle: Publisher, frame: Frame) -> tuple[OutgoingLink, ...]:
         """Keep the frame as latched; return the links that get it now (later ones get it as latched)."""
         if isinstance(frame, LargeFrame):
             frame.owned()

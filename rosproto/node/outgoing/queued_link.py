@@ -249,7 +249,12 @@ class QueuedLink:
             self._end(self._failure)
 
     def look(self, now: float, before: float) -> None:
-        """Check the bytes under way; see `MonitoredLink.look`."""
+        """Check the bytes under way.
+
+        Args:
+            now: `time.monotonic()`.
+            before: Time of the previous check.
+        """
 
     def on_readable(self) -> None:
         """Handle data or an error of the socket."""

@@ -7,15 +7,18 @@ import queue
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
 from rosproto.errors import ConnectionLost, Md5sumMismatch
 from rosproto.logs import PeerLog
 from rosproto.node.incoming import publisher_link
-from rosproto.node.incoming.publisher_link import LinkSubscription, PublisherLink
+from rosproto.node.incoming.publisher_link import PublisherLink
 from rosproto.node.incoming.publisher_link_state import LinkEvent, LinkState, RetryPauses, next_state
+
+if TYPE_CHECKING:
+    from rosproto.node.incoming.subscription import Subscription
 
 WAITING, REQUESTING, CONNECTING, RECEIVING, REFUSED, CLOSED = LinkState
 DUE, ADDRESS, ACCEPTED, FAILED, NOT_FITTING, NUDGED, WITHDRAWN = LinkEvent
@@ -162,7 +165,7 @@ class Scripted(PublisherLink):
         self.owner = Owner()
         self.steps: queue.Queue[tuple[LinkEvent, LinkState]] = queue.Queue()
         self.tries: queue.Queue[Callable[[], object]] = queue.Queue()
-        super().__init__(cast("LinkSubscription", self.owner), "http://127.0.0.1:1/", 1)
+        super().__init__(cast("Subscription", self.owner), "http://127.0.0.1:1/", 1)
 
     def _step(self, event: LinkEvent) -> LinkState:
         with self._condition:  # so that two threads tell in the order in which they stepped
