@@ -18,12 +18,15 @@ import time
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import Message, decode, define, encode, message_class
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
 from rosproto.watchdog import ROUNDS, Watch
+
+if TYPE_CHECKING:
+    from rosproto.node import Publisher
 
 _log = get_logger("rosproto.gateway")
 
@@ -77,18 +80,6 @@ def is_velocity(kind: type[Message]) -> bool:
     by its name.
     """
     return kind._type in VELOCITY_TYPES or kind._md5sum in _velocity_md5sums()
-
-
-class VelocityPublisher(Protocol):
-    """A publisher, as the velocity watchdog uses it."""
-
-    @property
-    def topic(self) -> str: ...
-    @property
-    def message_class(self) -> type[Message]: ...
-    @property
-    def closed(self) -> bool: ...
-    def publish(self, message: Any = None) -> None: ...
 
 
 def _values(message: Any) -> Iterator[Any]:
@@ -236,7 +227,7 @@ class VelocityWatchdog:
         self._stamp = stamp
         self._table = table or DriveTable()
         self._changed = threading.Condition()
-        self._publishers: dict[str, VelocityPublisher] = {}
+        self._publishers: dict[str, Publisher] = {}
         self._frames: dict[str, str] = {}
         self._watches: dict[str, Watch] = {}
         self._thread: threading.Thread | None = None
@@ -256,7 +247,7 @@ class VelocityWatchdog:
         if watch is not None:
             watch.drop()
 
-    def publish(self, client: Hashable, publisher: VelocityPublisher, message: Any) -> None:
+    def publish(self, client: Hashable, publisher: Publisher, message: Any) -> None:
         """Publish a client's message, and watch the client if it is a velocity.
 
         Args:
@@ -318,7 +309,7 @@ class VelocityWatchdog:
             thread.start()
             self._thread = thread
 
-    def _arm(self, topic: str, publisher: VelocityPublisher) -> None:
+    def _arm(self, topic: str, publisher: Publisher) -> None:
         """Called with the lock held, before a moving velocity is published."""
         watch = self._watches.get(topic)
         if watch is not None and not watch.armed:
@@ -353,7 +344,7 @@ class VelocityWatchdog:
                 _log.warning("! %s: zero could not be published after its client: %s", topic, error)
         self._disarm()
 
-    def _zero(self, topic: str, publisher: VelocityPublisher) -> Any:
+    def _zero(self, topic: str, publisher: Publisher) -> Any:
         zero: Any = publisher.message_class()
         if publisher.message_class._has_header:
             zero.header.frame_id = self._frames.get(topic, "")

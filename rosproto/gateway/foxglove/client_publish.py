@@ -10,7 +10,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosproto.codec import Message, decode, define, message_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RosError
@@ -24,10 +24,13 @@ from rosproto.gateway.foxglove.messages import (
     Publish,
     Unadvertise,
 )
-from rosproto.gateway.foxglove.server_state import ServerState, ViewerSession
+from rosproto.gateway.foxglove.server_state import ServerState
 from rosproto.gateway.json_text import JsonError, is_short
 from rosproto.gateway.values import definition_name, from_values
 from rosproto.gateway.velocity_watchdog import is_velocity
+
+if TYPE_CHECKING:
+    from rosproto.gateway.foxglove.session import FoxgloveSession
 
 
 class AdvertisedTopic(NamedTuple):
@@ -55,7 +58,7 @@ class ClientPublisher:
     """
 
     def __init__(
-        self, state: ServerState, viewer: ViewerSession, queue: Callable[[Callable[[], None]], None]
+        self, state: ServerState, viewer: FoxgloveSession, queue: Callable[[Callable[[], None]], None]
     ) -> None:
         self.published = 0
         self._state = state

@@ -5,11 +5,10 @@ from __future__ import annotations
 import threading
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
-from rosproto.gateway.client_channel import ClientChannel
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannels, AdvertisedService
 from rosproto.gateway.foxglove.assets import Assets
@@ -23,6 +22,9 @@ from rosproto.gateway.shared_subscriptions import Receiver, SharedSubscription
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
+
+if TYPE_CHECKING:
+    from rosproto.gateway.foxglove.session import FoxgloveSession
 
 _log = get_logger("rosproto.gateway")
 
@@ -50,29 +52,6 @@ class ClientFacts(NamedTuple):
     dropped: dict[str, int]
     published: int
     since: float
-
-
-class ViewerSession(Protocol):
-    """One viewer's session, as far as other parts of the server use it."""
-
-    @property
-    def channel(self) -> ClientChannel: ...
-
-    def facts(self) -> ClientFacts: ...
-
-    def __hash__(self) -> int: ...
-
-    def show(self, view: GraphView) -> None: ...
-
-    def show_services(self, view: GraphView) -> None: ...
-
-    def status(self, text: str, level: Level = ..., id: str | None = None) -> None: ...
-
-    def remove_status(self, id: str) -> None: ...
-
-    def tell_time(self, nanoseconds: int) -> None: ...
-
-    def restart(self) -> None: ...
 
 
 class ServerState(GatewayState):
@@ -113,7 +92,7 @@ class ServerState(GatewayState):
         self.advertised = AdvertisedChannels(node, access, self._local.values())
         self._service_types = ServiceTypes(node, access)
         self._lock = threading.Lock()
-        self._sessions: set[ViewerSession] = set()
+        self._sessions: set[FoxgloveSession] = set()
         self._clock_subscription: SharedSubscription | None = None
         self._time_lock = threading.Lock()
         self._simulated_now = 0
@@ -129,18 +108,18 @@ class ServerState(GatewayState):
     # -- sessions -------------------------------------------------------------------------------------------
 
     @property
-    def sessions(self) -> tuple[ViewerSession, ...]:
+    def sessions(self) -> tuple[FoxgloveSession, ...]:
         """The sessions of all viewers."""
         with self._lock:
             return tuple(self._sessions)
 
-    def add(self, session: ViewerSession) -> bool:
+    def add(self, session: FoxgloveSession) -> bool:
         """Add a viewer; True if it is the only one. Must not wait."""
         with self._lock:
             self._sessions.add(session)
             return len(self._sessions) == 1
 
-    def welcome(self, session: ViewerSession, first: bool) -> None:
+    def welcome(self, session: FoxgloveSession, first: bool) -> None:
         """Send a new viewer the graph, the time and the state of the master; in a thread that may wait."""
         if first:  # the last view is old
             self._watch.next_view(FIRST_VIEW_SECONDS)
@@ -155,7 +134,7 @@ class ServerState(GatewayState):
         session.show(self.view)
         self.pool.spawn(self._ask_services)
 
-    def gone(self, session: ViewerSession) -> None:
+    def gone(self, session: FoxgloveSession) -> None:
         """A session has ended."""
         with self._lock:
             self._sessions.discard(session)
