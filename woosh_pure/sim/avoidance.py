@@ -8,17 +8,19 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from woosh_pure.enums import NavigationMode
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
-from woosh_pure.sim.body import Body, integrate
+from woosh_pure.sim.body import integrate
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
-from woosh_pure.sim.planner import Obstacle, Planner
-from woosh_pure.sim.settings import Settings
+from woosh_pure.sim.planner import Obstacle
+
+if TYPE_CHECKING:
+    from woosh_pure.sim.world import World
 
 _SIGHT = 4.0  # m
 
@@ -111,23 +113,10 @@ class NavigationSettings:
     max_speed: float = 0.0
 
 
-class NavigationWorld(Protocol):
-    """The part of `woosh_pure.sim.world.World` that the avoidance uses."""
-
-    settings: Settings
-    body: Body
-    planner: Planner
-    collisions: CollisionMap
-    navigation: NavigationSettings
-
-    def report(self, code: int) -> None:
-        """Queue a number for /status_code."""
-
-
 class Avoidance:
     """Limits the velocity of a running motion."""
 
-    def __init__(self, world: NavigationWorld) -> None:
+    def __init__(self, world: World) -> None:
         self._world = world
 
     def way_to(self, goal: Pose2D, *, too_close: bool = False) -> list[Pose2D] | None:

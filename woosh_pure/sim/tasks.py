@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from woosh_pure.enums import (
     ActionState,
     ActionType,
-    RobotState,
     TaskCommand,
     TaskState,
     TaskType,
@@ -21,7 +20,9 @@ from woosh_pure.enums import (
 )
 from woosh_pure.geometry import Pose2D
 from woosh_pure.sim.motions import Motion, MotionState
-from woosh_pure.sim.site import Site
+
+if TYPE_CHECKING:
+    from woosh_pure.sim.world import World
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,35 +43,6 @@ class TaskReply:
     success: bool
     message: str
     code: int
-
-
-class TaskWorld(Protocol):
-    """The part of `woosh_pure.sim.world.World` that tasks use."""
-
-    site: Site
-    work_mode: WorkMode
-
-    def cannot_move(self) -> int:
-        """The code of why the robot cannot drive to a place now; 0 if it can."""
-
-    @property
-    def robot_state(self) -> RobotState:
-        """`robot_state` of /robot_status."""
-
-    def report(self, code: int) -> None:
-        """Publish a status code."""
-
-    def navigate(self, owner: str, way: Sequence[Pose2D], *, keep_path: bool = False) -> Motion:
-        """Start to drive along a way."""
-
-    def end_motion(self, motion: Motion, state: MotionState) -> None:
-        """End a motion of a task."""
-
-    def enter_dock(self) -> None:
-        """Dock at the charger and charge."""
-
-    def leave_dock(self) -> None:
-        """Leave the charger."""
 
 
 _REFUSALS = {
@@ -97,7 +69,7 @@ class TaskMachine:
     CARRY_SECONDS = 2.0
     CHARGE_SECONDS = 1.0
 
-    def __init__(self, world: TaskWorld) -> None:
+    def __init__(self, world: World) -> None:
         self._world = world
         self.drive: Callable[[Sequence[Pose2D], bool], Motion] = self._drive_directly
         self._motion: Motion | None = None
