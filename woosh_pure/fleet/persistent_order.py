@@ -9,7 +9,7 @@ the event to the result: orders are rejected and nothing begins, but stopping th
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
 from rosproto.logs import get_logger
 from woosh_pure.fleet.messages.parsing import Invalid
@@ -26,20 +26,10 @@ from woosh_pure.fleet.order.machine import step
 from woosh_pure.fleet.order.state import OrderState, first_state, read_state
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
 
+if TYPE_CHECKING:
+    from woosh_pure.fleet.state_file import Store
+
 _log = get_logger("woosh_pure.fleet.persistent_order")
-
-
-class StateFile(Protocol):
-    """Stores the state: `state_file.Store`, or a stand-in in tests."""
-
-    def load(self) -> dict[str, Any] | None:
-        """Return the saved data; None if there is none."""
-
-    def save(self, data: dict[str, Any]) -> None:
-        """Replace the data; OSError if the disk fails."""
-
-    def put_aside(self, why: str) -> None:
-        """Keep an unusable file under another name."""
 
 
 class PersistentOrder:
@@ -56,7 +46,7 @@ class PersistentOrder:
         unsaved: The state has not been saved and published yet; call `write`.
     """
 
-    def __init__(self, limits: Capabilities, store: StateFile | None, name: str) -> None:
+    def __init__(self, limits: Capabilities, store: Store | None, name: str) -> None:
         self.state = first_state(limits)
         self.failing = self.unsaved = False
         self._store, self._name = store, name
