@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import rosproto
 from rosproto.errors import RosError, RosTimeout
@@ -20,17 +20,16 @@ from rosproto.logs import get_logger
 from rosproto.node import NodeClient, SystemState
 from rosproto.sentence import say
 from rosproto.transport import Deadline, HostNames
-from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
-from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.enums import TaskCommand
-from woosh_pure.feed.feeds import Feeds
 from woosh_pure.interface.table import actions
-from woosh_pure.stopping.active_motions import ActiveMotions
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop_executor import Job, begin
 from woosh_pure.values.messages import message_type
+
+if TYPE_CHECKING:
+    from woosh_pure.components import Components
 
 logger = get_logger("woosh_pure.stop")
 _ANSWER = 2.0  # seconds that the master has at least
@@ -40,16 +39,6 @@ _LEAST = 1.0
 _LOOK_AGAIN, _LONGER = 0.5, 10.0
 _FIRST_STATUS = 1.0  # seconds: a server sends its status 5 times a second
 _HAD_A_GOAL = (0, 1, 2, 6, 7, 8)  # of actionlib_msgs/GoalStatus: pending, active, and cancelled ones
-
-
-class StopParts(Protocol):
-    """The parts of `woosh_pure.components.Components` that a stop uses."""
-
-    connection: Connection
-    clients: Clients
-    feeds: Feeds
-    velocity: VelocityTopics
-    motions: ActiveMotions
 
 
 class Registrations:
@@ -135,7 +124,7 @@ class StopRun:
         deadline: What has not answered by then is reported.
     """
 
-    components: StopParts
+    components: Components
     registrations: Registrations
     report: StopReport
     deadline: Deadline

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from functools import partial
+from typing import TYPE_CHECKING
 
 import rosproto
 from rosproto.coercion import as_float
@@ -19,9 +20,12 @@ from rosproto.watchdog import ROUNDS
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.stopping.active_motions import cancel_goals
 from woosh_pure.stopping.immediate_stop import StopRequest
-from woosh_pure.stopping.other_clients import OtherPrograms, Registrations, StopParts, StopRun, cancel_others
+from woosh_pure.stopping.other_clients import OtherPrograms, Registrations, StopRun, cancel_others
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop_executor import Job, begin
+
+if TYPE_CHECKING:
+    from woosh_pure.components import Components
 
 _WRITTEN = 0.5  # seconds for the first round, which takes a millisecond
 _SHORT, _LONG = 4.0, 20.0  # seconds on top of the time limit: the steps have bounds of their own
@@ -40,7 +44,7 @@ def stop_seconds(given: float) -> float:
     return min(seconds, _LONGEST) if seconds is not None and 0.0 <= seconds < math.inf else 5.0
 
 
-def stop(components: StopParts, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
+def stop(components: Components, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:
     """See `Chassis.stop`. `immediate_stop` writes the first zeros and cancels; the other steps are here."""
     drives = components.motions.drives
     ending = components.motions.note_stop()
@@ -66,7 +70,7 @@ def stop(components: StopParts, *, everything: bool, end_drivers: bool, timeout:
 
 
 def _stop(
-    components: StopParts,
+    components: Components,
     ending: StopRequest,
     report: StopReport,
     *,
