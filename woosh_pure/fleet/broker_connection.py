@@ -35,7 +35,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 from rosproto.logs import get_logger
 from rosproto.sentence import say
@@ -43,13 +44,19 @@ from rosproto.transport import Backoff
 from woosh_pure.fleet.config import Broker
 from woosh_pure.fleet.messages.parsing import MOST_BYTES
 
+if TYPE_CHECKING:
+    import paho.mqtt.client as mqtt
+    from paho.mqtt.properties import Properties
+    from paho.mqtt.reasoncodes import ReasonCode
+    from paho.mqtt.subscribeoptions import SubscribeOptions
+
 _log = get_logger("woosh_pure.fleet.broker_connection")
 MOST_WAITING = 200
 """Messages of one vehicle that may wait for a broker that does not read."""
 MOST_WAITING_BYTES = 1_000_000
 _KEEP_ALIVE = 15  # s, by 6.14
 _CONNECT_SECONDS = 2.0
-_UNREACHABLE_WAITS = (1.0, 2.0)  # first and longest wait for an unreachable broker, s
+_UNREACHABLE_WAITS = (1, 2)  # first and longest wait for an unreachable broker, s
 _REJECTED_WAITS = (1.0, 2.0, 30.0, 0.5)  # arguments of `Backoff`, for a broker that ends the connection
 _STABLE_SECONDS = 2.0  # of a connection, after which the waits start again with the shortest
 _MOST_PACKET = MOST_BYTES + 65_600  # a message and its topic
@@ -57,7 +64,7 @@ _MOST_FILES = 1024  # of select() on POSIX
 _END_SECONDS = 1.0  # for the end of paho's thread
 
 
-def paho() -> Any:
+def paho() -> ModuleType:
     """paho.mqtt.client.
 
     Raises:
@@ -91,7 +98,7 @@ class BrokerConnection:
         self,
         broker: Broker,
         prefix: str,
-        connection: Callable[[str], dict[str, Any]],
+        connection: Callable[[str], dict[str, object]],
         received: Callable[[str, bytes], object],
         changed: Callable[[bool], object],
     ) -> None:
@@ -103,9 +110,10 @@ class BrokerConnection:
         self.dropped = 0
         self.connected = threading.Event()
         self._closing = False
-        self._client: Any = None
+        self._client: mqtt.Client | None = None
         self._lock = threading.RLock()
-        self._waiting: deque[tuple[Any, int]] = deque()  # messages that paho has not written yet
+        # Messages that paho has not written yet, and their sizes.
+        self._waiting: deque[tuple[mqtt.MQTTMessageInfo, int]] = deque()
         self._waiting_bytes = 0
         self._behind = False
         self._refused = ""
@@ -120,7 +128,7 @@ class BrokerConnection:
         if self._client is None and not self._closing:
             self._start(self._module.MQTTv5)
 
-    def send(self, topic: str, message: dict[str, Any], *, retain: bool = False, quality: int = 0) -> bool:
+    def send(self, topic: str, message: dict[str, object], *, retain: bool = False, quality: int = 0) -> bool:
         """Send a message; False if it was dropped, because the broker is not connected or does not read."""
         client = self._client
         if client is None or not self.connected.is_set():
@@ -187,7 +195,7 @@ class BrokerConnection:
 
     # -- paho's client ---------------------------------------------------------------------------------------
 
-    def _start(self, protocol: Any) -> None:
+    def _start(self, protocol: int) -> None:
         module, broker = self._module, self.broker
         client = module.Client(module.CallbackAPIVersion.VERSION2, client_id=self._name(), protocol=protocol)
         client.connect_timeout = _CONNECT_SECONDS
@@ -205,10 +213,13 @@ class BrokerConnection:
         client.on_disconnect = self._guarded(self._on_disconnect)
         client.on_message = self._guarded(self._on_message)
         client.on_publish = self._guarded(self._on_publish)
-        given: dict[str, Any] = {}
         if protocol == module.MQTTv5:
-            given = {"clean_start": True, "properties": _connect_properties(_MOST_PACKET)}
-        client.connect_async(broker.host, broker.port, _KEEP_ALIVE, **given)
+            properties = _connect_properties(_MOST_PACKET)
+            client.connect_async(
+                broker.host, broker.port, _KEEP_ALIVE, clean_start=True, properties=properties
+            )
+        else:
+            client.connect_async(broker.host, broker.port, _KEEP_ALIVE)
         self._client = client
         client.loop_start()
 
@@ -221,7 +232,7 @@ class BrokerConnection:
     def _guarded(self, callback: Callable[..., None]) -> Callable[..., None]:
         """Wrap a callback, so that an exception does not end paho's thread."""
 
-        def call(*given: Any) -> None:
+        def call(*given: object) -> None:
             try:
                 callback(*given)
             except Exception:
@@ -229,7 +240,7 @@ class BrokerConnection:
 
         return call
 
-    def _on_pre_connect(self, client: Any, data: Any) -> None:
+    def _on_pre_connect(self, client: mqtt.Client, data: object) -> None:
         self._refused, self._since = "", math.inf
         will = json.dumps(self._connection("CONNECTIONBROKEN"))
         client.will_set(f"{self.prefix}/connection", will, qos=1, retain=True)
@@ -239,13 +250,13 @@ class BrokerConnection:
             except (OSError, ValueError) as error:
                 self._warn(f"the certificates cannot be read again, and those of before are used: {error}")
 
-    def _on_connect_fail(self, client: Any, data: Any) -> None:
+    def _on_connect_fail(self, client: mqtt.Client, data: object) -> None:
         error = sys.exc_info()[1]  # paho calls this while it handles the exception
         client.reconnect_delay_set(*_UNREACHABLE_WAITS)
         why = f": {error}" if error is not None and str(error) else ""
         self._warn(f"the broker {self.broker.url} cannot be reached{why}; it is tried again and again")
 
-    def _on_socket_open(self, client: Any, data: Any, sock: Any) -> None:
+    def _on_socket_open(self, client: mqtt.Client, data: object, sock: socket.socket) -> None:
         # Else a state right after another one waits 40 ms for the broker's acknowledgement.
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if os.name == "posix" and sock.fileno() >= _MOST_FILES:
@@ -254,7 +265,9 @@ class BrokerConnection:
                 "connection then: give each process fewer vehicles (25 whole chassis)"
             )
 
-    def _on_connect(self, client: Any, data: Any, flags: Any, reason: Any, properties: Any) -> None:
+    def _on_connect(
+        self, client: mqtt.Client, data: object, flags: object, reason: ReasonCode, properties: object
+    ) -> None:
         if reason.is_failure:
             self._refused = str(reason)
             return
@@ -265,12 +278,14 @@ class BrokerConnection:
             self._waiting.clear()
             self._waiting_bytes, self._behind = 0, False
         topics = [f"{self.prefix}/order", f"{self.prefix}/instantActions"]
-        client.subscribe([(topic, _subscribe_options(client, self._module)) for topic in topics])
+        client.subscribe(_subscriptions(client, self._module, topics))
         self.connected.set()
         self.send("connection", self._connection("ONLINE"), retain=True, quality=1)
         self._changed(True)
 
-    def _on_disconnect(self, client: Any, data: Any, flags: Any, reason: Any, properties: Any) -> None:
+    def _on_disconnect(
+        self, client: mqtt.Client, data: object, flags: object, reason: ReasonCode, properties: object
+    ) -> None:
         was_connected, duration = self.connected.is_set(), time.monotonic() - self._since
         self.connected.clear()
         if self._closing or client is not self._client:
@@ -281,7 +296,7 @@ class BrokerConnection:
             self._rejected_backoff.reset()
             client.reconnect_delay_set(*_UNREACHABLE_WAITS)
         else:
-            wait = self._rejected_backoff.next()
+            wait: Any = self._rejected_backoff.next()  # paho takes any number; its annotation is int
             client.reconnect_delay_set(wait, wait)
             if self._refused == "Unsupported protocol version":
                 self._warn(f"the broker {url} does not speak MQTT 5: 3.1.1 is used")
@@ -298,14 +313,16 @@ class BrokerConnection:
         if was_connected:
             self._changed(False)
 
-    def _use_mqtt_3(self, client: Any) -> None:
+    def _use_mqtt_3(self, client: mqtt.Client) -> None:
         """Change to MQTT 3.1.1 with a new client. Runs in a separate thread, because it joins paho's."""
         client.disconnect()
         client.loop_stop()
         if not self._closing:
             self._start(self._module.MQTTv311)
 
-    def _on_publish(self, client: Any, data: Any, mid: int, reason: Any, properties: Any) -> None:
+    def _on_publish(
+        self, client: mqtt.Client, data: object, mid: int, reason: object, properties: object
+    ) -> None:
         if not self._behind:
             return
         with self._lock:
@@ -317,14 +334,14 @@ class BrokerConnection:
             _log.info("= %s: the broker %s reads again", self.prefix, self.broker.url)
             self._changed(True)
 
-    def _on_message(self, client: Any, data: Any, message: Any) -> None:
+    def _on_message(self, client: mqtt.Client, data: object, message: mqtt.MQTTMessage) -> None:
         topic = message.topic.rpartition("/")[2]
         if not message.payload:
             return  # a retained message was cleared
         if message.retain:
             _log.warning("! %s: a retained message on %s is not obeyed; clear it", self.prefix, topic)
             return
-        self._received(topic, message.payload)
+        self._received(topic, bytes(message.payload))
 
     def _warn(self, text: str) -> None:
         if text != self._last_warning:
@@ -332,7 +349,7 @@ class BrokerConnection:
             _log.warning("! %s: %s", self.prefix, text)
 
 
-def _is_done(info: Any) -> bool:
+def _is_done(info: mqtt.MQTTMessageInfo) -> bool:
     """Whether a message was written, or cannot be written any more."""
     try:
         return bool(info.is_published())
@@ -340,24 +357,27 @@ def _is_done(info: Any) -> bool:
         return True
 
 
-def _connect_properties(size: int) -> Any:
+def _connect_properties(size: int) -> Properties:
     """CONNECT properties with the largest packet size."""
     from paho.mqtt.packettypes import PacketTypes
     from paho.mqtt.properties import Properties
 
     make: Any = Properties  # it has no annotations
-    found = make(PacketTypes.CONNECT)
+    found: Properties = make(PacketTypes.CONNECT)
     found.MaximumPacketSize = size
     return found
 
 
-def _subscribe_options(client: Any, module: Any) -> Any:
-    """Subscribe options: quality of service 0; with MQTT 5, no retained messages."""
+def _subscriptions(
+    client: mqtt.Client, module: ModuleType, topics: list[str]
+) -> list[tuple[str, SubscribeOptions]] | list[tuple[str, int]]:
+    """The topics with quality of service 0; with MQTT 5, no retained messages."""
     if client.protocol != module.MQTTv5:
-        return 0
+        return [(topic, 0) for topic in topics]
     from paho.mqtt.subscribeoptions import SubscribeOptions
 
-    return SubscribeOptions(qos=0, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
+    options = SubscribeOptions(qos=0, retainHandling=SubscribeOptions.RETAIN_DO_NOT_SEND)
+    return [(topic, options) for topic in topics]
 
 
 # -- certificates --------------------------------------------------------------------------------------------

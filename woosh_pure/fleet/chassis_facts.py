@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
@@ -20,7 +19,7 @@ class Load:
     load_type: str = ""
     position: str = ""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """An entry of the state message."""
         given = {"loadId": self.load_id, "loadType": self.load_type, "loadPosition": self.position}
         return {key: value for key, value in given.items() if value}
@@ -34,7 +33,7 @@ class MapEntry:
     version: str = "1"
     enabled: bool = True
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """An entry of the state message."""
         status = "ENABLED" if self.enabled else "DISABLED"
         return {"mapId": self.map_id, "mapVersion": self.version, "mapStatus": status}

@@ -41,14 +41,14 @@ class MessageHeaders:
         self._next: dict[str, int] = {}
         self._lock = threading.Lock()
 
-    def header(self, topic: str) -> dict[str, Any]:
+    def header(self, topic: str) -> dict[str, object]:
         """Return the next header of a topic."""
         with self._lock:
             number = self._next.get(topic, 0)
             self._next[topic] = (number + 1) % _HEADER_IDS
         return {"headerId": number, "timestamp": timestamp(time.time()), **self._fixed}
 
-    def connection_message(self, state: str) -> dict[str, Any]:
+    def connection_message(self, state: str) -> dict[str, object]:
         """The connection message for a state, such as "ONLINE"."""
         return {**self.header("connection"), "connectionState": state}
 
@@ -56,9 +56,9 @@ class MessageHeaders:
 # -- state and visualization: from the order and the data of the chassis -------------------------------------
 
 
-def _position_and_velocity(facts: ChassisFacts) -> dict[str, Any]:
+def _position_and_velocity(facts: ChassisFacts) -> dict[str, object]:
     """The fields agvPosition and velocity, as far as they are known."""
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     if facts.position is not None:
         found["agvPosition"] = {
             "x": facts.position.x, "y": facts.position.y, "theta": facts.position.theta,
@@ -69,8 +69,8 @@ def _position_and_velocity(facts: ChassisFacts) -> dict[str, Any]:
     return found
 
 
-def _node_state(node: Node) -> dict[str, Any]:
-    found: dict[str, Any] = {"nodeId": node.id, "sequenceId": node.sequence, "released": node.released}
+def _node_state(node: Node) -> dict[str, object]:
+    found: dict[str, object] = {"nodeId": node.id, "sequenceId": node.sequence, "released": node.released}
     if node.description:
         found["nodeDescription"] = node.description
     if node.position is not None and node.position.theta is not None:  # the schema of 2.0 wants a theta
@@ -79,10 +79,10 @@ def _node_state(node: Node) -> dict[str, Any]:
     return found
 
 
-def _edge_states(order: OrderState, facts: ChassisFacts) -> list[dict[str, Any]]:
+def _edge_states(order: OrderState, facts: ChassisFacts) -> list[dict[str, object]]:
     """The edges ahead. The current one has the path that the chassis has planned (6.10.1), as a NURBS of
     degree 1: a line through its corners."""
-    found: list[dict[str, Any]] = [
+    found: list[dict[str, object]] = [
         {"edgeId": edge.id, "sequenceId": edge.sequence, "released": edge.released} for edge in order.edges
     ]
     drive, inner = order.drive, len(facts.path) - 1
@@ -96,15 +96,15 @@ def _edge_states(order: OrderState, facts: ChassisFacts) -> list[dict[str, Any]]
 
 
 def state_message(
-    order: OrderState, facts: ChassisFacts, header: dict[str, Any], version: str
-) -> dict[str, Any]:
+    order: OrderState, facts: ChassisFacts, header: dict[str, object], version: str
+) -> dict[str, object]:
     """The state message for a version of the standard."""
     later = not version.startswith("2.0")
     faults = [
         Problem(ErrorType.CHASSIS, text, level=Level.FATAL if severe else Level.WARNING)
         for text, severe in facts.faults
     ]
-    message: dict[str, Any] = {
+    message: dict[str, object] = {
         **header,
         "orderId": order.order_id,
         "orderUpdateId": order.update,
@@ -137,14 +137,14 @@ def state_message(
     return message
 
 
-def _battery(facts: ChassisFacts) -> dict[str, Any]:
-    found: dict[str, Any] = {"batteryCharge": float(facts.percent or 0.0), "charging": facts.charging}
+def _battery(facts: ChassisFacts) -> dict[str, object]:
+    found: dict[str, object] = {"batteryCharge": float(facts.percent or 0.0), "charging": facts.charging}
     if facts.voltage is not None:
         found["batteryVoltage"] = facts.voltage
     return found
 
 
-def visualization_message(facts: ChassisFacts, header: dict[str, Any]) -> dict[str, Any]:
+def visualization_message(facts: ChassisFacts, header: dict[str, object]) -> dict[str, object]:
     """Pose and velocity for displays."""
     return header | _position_and_velocity(facts)
 
@@ -168,19 +168,21 @@ _OPTIONAL = {
 }
 
 
-def _optional_parameters(limits: Capabilities) -> list[dict[str, Any]]:
+def _optional_parameters(limits: Capabilities) -> list[dict[str, object]]:
     given = dict(_OPTIONAL)
     if limits.zone_set:
         given["order.zoneSetId"] = limits.zone_set
-    found = [{"parameter": key, "support": "SUPPORTED", "description": text} for key, text in given.items()]
+    found: list[dict[str, object]] = [
+        {"parameter": key, "support": "SUPPORTED", "description": text} for key, text in given.items()
+    ]
     position = "SUPPORTED" if limits.marks else "REQUIRED"
     why = "a node without one is a mark of the chassis" if limits.marks else "where to drive to"
     return [{"parameter": "order.nodes.nodePosition", "support": position, "description": why}, *found]
 
 
-def _agv_action(supported: SupportedAction) -> dict[str, Any]:
+def _agv_action(supported: SupportedAction) -> dict[str, object]:
     # blockingTypes is omitted: text and schema of 2.1 contradict each other, and no value fits both.
-    found: dict[str, Any] = {
+    found: dict[str, object] = {
         "actionType": supported.type,
         "actionScopes": [scope.value for scope in supported.scopes],
     }
@@ -197,10 +199,10 @@ def _agv_action(supported: SupportedAction) -> dict[str, Any]:
 def factsheet_message(
     config: VehicleConfig,
     limits: Capabilities,
-    header: Mapping[str, Any],
+    header: Mapping[str, object],
     known: Parameters | None,
     outline: Sequence[tuple[float, float]],
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """The factsheet for the vehicle's version of the standard.
 
     Args:

@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections import deque
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -119,7 +120,7 @@ class Store:
         _log.warning("! %s cannot be used (%s); it is kept as %s", self.path, why, aside)
         replace_file(self.path, aside)
 
-    def save(self, data: dict[str, Any]) -> None:
+    def save(self, data: Mapping[str, object]) -> None:
         """Replace the file if its content differs.
 
         Raises:
@@ -179,7 +180,7 @@ class Journal:
         with self._lock:
             self._lines.append(line)
 
-    def write(self, reason: str, facts: dict[str, Any]) -> str:
+    def write(self, reason: str, facts: Mapping[str, object]) -> str:
         """Store a report and return its name.
 
         Raises:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any
 
 from rosproto.files import replace_file, write_file
 from woosh_pure.foxglove.chassis_topics import MAP, OVERLAY
@@ -19,12 +18,12 @@ __all__ = ["chassis_layout", "write_layout"]
 PLAN = "/move_base/global_plan"
 
 
-def chassis_layout() -> dict[str, Any]:
+def chassis_layout() -> dict[str, object]:
     """The layout: a 3-D view with map, scan, path, pose and overlay; camera; battery and state; plots."""
     scan, camera = find("scan").name, find("camera").name
     battery, status = find("battery").name, find("status").name
     velocity, pose = find("velocity").name, find("localization").name
-    panels: dict[str, dict[str, Any]] = {
+    panels: dict[str, dict[str, object]] = {
         "3D!woosh": _three_d(
             {
                 MAP: {"visible": True},
@@ -122,7 +121,7 @@ def _title(text: str) -> dict[str, str]:
     return {"foxglovePanelTitle": text, "lichtblickPanelTitle": text}
 
 
-def _camera() -> dict[str, Any]:
+def _camera() -> dict[str, object]:
     return {
         "distance": 16,
         "perspective": True,
@@ -137,7 +136,7 @@ def _camera() -> dict[str, Any]:
     }
 
 
-def _three_d(topics: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def _three_d(topics: dict[str, dict[str, object]]) -> dict[str, object]:
     return {
         "cameraState": _camera(),
         "followMode": "follow-none",
@@ -166,7 +165,7 @@ def _three_d(topics: dict[str, dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _plot(title: str, *lines: tuple[str, str]) -> dict[str, Any]:
+def _plot(title: str, *lines: tuple[str, str]) -> dict[str, object]:
     return {
         "paths": [
             {"value": path, "enabled": True, "timestampMethod": "receiveTime", "label": label}
