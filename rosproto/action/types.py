@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rosproto.codec import Message, message_class
+from rosproto.codec import DynamicMessage, Message, message_class
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 
@@ -24,15 +24,15 @@ class ActionType:
     """
 
     name: str
-    action_goal: type[Any]
-    action_result: type[Any]
-    action_feedback: type[Any]
-    goal: type[Any]
-    result: type[Any]
-    feedback: type[Any]
-    goal_id: type[Any]
-    status: type[Any]
-    status_array: type[Any]
+    action_goal: type[DynamicMessage]
+    action_result: type[DynamicMessage]
+    action_feedback: type[DynamicMessage]
+    goal: type[DynamicMessage]
+    result: type[DynamicMessage]
+    feedback: type[DynamicMessage]
+    goal_id: type[DynamicMessage]
+    status: type[DynamicMessage]
+    status_array: type[DynamicMessage]
 
 
 def action_type(action: type[Message] | str, revisions: KnownDefinitions | None = None) -> ActionType:
@@ -67,7 +67,7 @@ def action_type(action: type[Message] | str, revisions: KnownDefinitions | None 
         ) from None
 
 
-def part_from(value: Any, part: type[Any], what: str) -> Any:
+def part_from(value: object, part: type[DynamicMessage], what: str) -> Any:
     """A goal, result or feedback message from a program's argument.
 
     Args:
@@ -92,12 +92,12 @@ def part_from(value: Any, part: type[Any], what: str) -> Any:
     )
 
 
-def _part(owner: type[Any], name: str) -> type[Any]:
+def _part(owner: type[Message], name: str) -> type[DynamicMessage]:
     """The class of a field; if possible without making a message, which would generate code."""
     binding: Any = getattr(owner, "_binding", None)
     for field in binding.spec.fields if binding is not None else ():
         if field.name == name and "/" in field.type.base and not field.type.is_array:
-            part: type[Any] = binding.class_for(field.type.base)
+            part: type[DynamicMessage] = binding.class_for(field.type.base)
             return part
     return type(getattr(owner(), name))
 

@@ -11,13 +11,14 @@ import warnings
 from rosproto.codec.classes import define, message_class, service_class
 from rosproto.codec.conversion import Conversion, ValuesLost, differences
 from rosproto.codec.encode_decode import decode, decoder, encode, encode_parts, encoder, prepare
-from rosproto.codec.message import AnyMsg, Message, ServiceType
+from rosproto.codec.message import AnyMsg, DynamicMessage, Message, ServiceType
 from rosproto.codec.text import strify_message
 from rosproto.codec.value_style import ValueStyle
 
 __all__ = [
     "AnyMsg",
     "Conversion",
+    "DynamicMessage",
     "Message",
     "ServiceType",
     "ValueStyle",

@@ -8,11 +8,16 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError, RosTimeout
 from rosproto.selftest.checking import CheckFailed, NotApplicable, expect
 from rosproto.sentence import say
+
+if TYPE_CHECKING:
+    from rosproto.action import ServerGoal
+    from rosproto.codec import DynamicMessage
+    from rosproto.node import Node, Subscriber
 
 _WAIT = 5.0  # seconds for each step: on one machine each takes milliseconds
 
@@ -48,7 +53,7 @@ def check_nodes() -> str:
     return "a topic, a service, a parameter and an action between two nodes"
 
 
-def _topic(one: Any, other: Any) -> None:
+def _topic(one: Node, other: Node) -> None:
     image = bytes(range(256)) * 4096  # 1 MiB: more than a socket takes at once
     with (
         other.subscriber("/selftest/data", "std_msgs/UInt8MultiArray") as messages,
@@ -62,15 +67,16 @@ def _topic(one: Any, other: Any) -> None:
     expect("the message's bytes", heard == image, True)
 
 
-def _next(messages: Any, seconds: float, late: str) -> Any:
+def _next(messages: Subscriber, seconds: float, late: str) -> DynamicMessage:
     try:
-        return messages.next(timeout=seconds)
+        heard: DynamicMessage = messages.next(timeout=seconds)
     except RosTimeout as error:
         raise CheckFailed(late) from error
+    return heard
 
 
-def _service(one: Any, other: Any) -> None:
-    def answer(request: Any) -> dict[str, object]:
+def _service(one: Node, other: Node) -> None:
+    def answer(request: DynamicMessage) -> dict[str, object]:
         return {"success": request.data, "message": "好"}
 
     with (
@@ -81,10 +87,10 @@ def _service(one: Any, other: Any) -> None:
     expect("a service's answer", (reply.success, reply.message), (True, "好"))
 
 
-def _action(one: Any, other: Any) -> None:
+def _action(one: Node, other: Node) -> None:
     from rosproto.action import ActionClient, ActionServer
 
-    def work(goal: Any) -> None:
+    def work(goal: ServerGoal) -> None:
         goal.succeed({"result": goal.goal.goal * 2})
 
     with (

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import rosproto
-from rosproto.codec import ValuesLost
+from rosproto.codec import DynamicMessage, Message, ValuesLost
 from rosproto.errors import RosTimeout
 from rosproto.node import Cancellation, PreparedCall
 from rosproto.sentence import say
@@ -34,10 +34,10 @@ class Clients:
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._publishers: dict[str, rosproto.Publisher] = {}
-        self._services: dict[str, Any] = {}
+        self._services: dict[str, rosproto.ServiceClient] = {}
         self._actions: dict[str, rosproto.ActionClient] = {}
 
-    def publisher(self, topic: str, type_: Any) -> rosproto.Publisher:
+    def publisher(self, topic: str, type_: type[Message] | str) -> rosproto.Publisher:
         """Return a publisher of any topic and type, kept until close.
 
         A type name means the bundled definition; a user's own type of that name is passed as a class.
@@ -66,7 +66,7 @@ class Clients:
                 )
             time.sleep(0.01)
 
-    def connect(self, topic: str, type_: Any) -> None:
+    def connect(self, topic: str, type_: type[Message] | str) -> None:
         """Wait until the chassis subscribes to a topic, without sending anything.
 
         Raises:
@@ -74,7 +74,7 @@ class Clients:
         """
         self.publisher(topic, type_).wait_for_connection(timeout=self._connection.timeout)
 
-    def send(self, topic: str, message: Any, timeout: float | None = None) -> None:
+    def send(self, topic: str, message: Message, timeout: float | None = None) -> None:
         """Publish once, after the chassis has connected.
 
         Raises:
@@ -84,7 +84,7 @@ class Clients:
         publisher.wait_for_connection(timeout=self._connection.timeout if timeout is None else timeout)
         self.deliver(publisher, message)
 
-    def deliver(self, publisher: rosproto.Publisher, message: Any) -> None:
+    def deliver(self, publisher: rosproto.Publisher, message: Message) -> None:
         """Publish once, with a publisher that the chassis has connected to.
 
         Raises:
@@ -97,7 +97,7 @@ class Clients:
         publisher.publish(message)
         publisher.flush(self._connection.timeout)
 
-    def service(self, name: str) -> Any:
+    def service(self, name: str) -> rosproto.ServiceClient:
         """The client of a service of the interface."""
         self._connection.require_open()
         if made := self._services.get(name):
@@ -109,7 +109,7 @@ class Clients:
                 self._services[name] = client
             return self._services[name]
 
-    def call(self, name: str, *, timeout: float | None = None, **fields: Any) -> Any:
+    def call(self, name: str, *, timeout: float | None = None, **fields: Any) -> DynamicMessage:
         """Call a service of the interface and return its response.
 
         Raises:
@@ -119,12 +119,15 @@ class Clients:
         # The cancel of a task is sent even if the call was cancelled.
         scope = None if name == "/exec_task" else current()
         try:
-            if scope is not None:
-                return client.call_cancellable(scope.calling, None, seconds, **fields)
-            return client.call(timeout=seconds, **fields)
+            reply: DynamicMessage = (
+                client.call(timeout=seconds, **fields)
+                if scope is None
+                else client.call_cancellable(scope.calling, None, seconds, **fields)
+            )
         except ValuesLost as error:
             lack = say("no field for {fields}", fields=error.fields)
             raise limit_error(name, error.theirs, error.fields, lack) from error
+        return reply
 
     def services_of_type(self, type_name: str) -> list[str]:
         """Return the names of the services of a type, from connection headers; none is called.
@@ -135,12 +138,15 @@ class Clients:
         answers = survey(self._connection.open_node(), timeout=self._connection.timeout, kinds=("service",))
         return [answer.name for answer in answers if answer.type == type_name]
 
-    def call_found(self, name: str, type_name: str, *, timeout: float | None = None, **fields: Any) -> Any:
+    def call_found(
+        self, name: str, type_name: str, *, timeout: float | None = None, **fields: Any
+    ) -> DynamicMessage:
         """Call a service whose name is not in the interface table."""
         with self._connection.open_node().service_client(name, service_type(type_name)) as client:
             cancellation = Cancellation() if (scope := current()) is None else scope.calling
             seconds = self._connection.timeout if timeout is None else timeout
-            return client.call_cancellable(cancellation, None, seconds, **fields)
+            reply: DynamicMessage = client.call_cancellable(cancellation, None, seconds, **fields)
+        return reply
 
     def action(self, name: str) -> rosproto.ActionClient:
         """The client of an action of the interface, ready to send.
@@ -162,8 +168,10 @@ class Clients:
     def prepared_exec_task(self, command: TaskCommand, task_id: int) -> PreparedCall:
         """Prepare a call of /exec_task on a connection of its own; the caller closes it."""
         client, seconds = self.service("/exec_task"), self._connection.timeout
-        return client.prepare(timeout=seconds, task_exect=int(command), task_id=task_id)  # type: ignore[no-any-return]
+        return client.prepare(timeout=seconds, task_exect=int(command), task_id=task_id)
 
-    def exec_task(self, command: TaskCommand, task_id: int, *, timeout: float, **fields: Any) -> Any:
+    def exec_task(
+        self, command: TaskCommand, task_id: int, *, timeout: float, **fields: Any
+    ) -> DynamicMessage:
         """Call /exec_task."""
         return self.call("/exec_task", timeout=timeout, task_exect=int(command), task_id=task_id, **fields)

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import rosproto
-from rosproto.codec import Conversion
+from rosproto.codec import Conversion, Message
 from rosproto.sentence import say
 from woosh_pure.enums import StepMode
 from woosh_pure.errors import FirmwareLimit
@@ -21,7 +21,7 @@ from woosh_pure.firmware.versions import revision_of
 _STEP_CONSTANTS = {StepMode.LATERAL: "LATERAL", StepMode.DIAGONAL: "DIAGONALIZE"}
 
 
-def require_message(name: str, publisher: rosproto.Publisher, message: Any) -> None:
+def require_message(name: str, publisher: rosproto.Publisher, message: Message) -> None:
     """Check that every subscriber has a field for each value given.
 
     Raises:
@@ -30,7 +30,7 @@ def require_message(name: str, publisher: rosproto.Publisher, message: Any) -> N
     _require(name, publisher.message_class, publisher.revisions.values(), message)
 
 
-def require_goal(client: rosproto.ActionClient, goal: Any) -> None:
+def require_goal(client: rosproto.ActionClient, goal: Message) -> None:
     """Check that every server has a field for each value of the goal, and knows its kinds of step.
 
     Raises:
@@ -45,7 +45,7 @@ def require_goal(client: rosproto.ActionClient, goal: Any) -> None:
     _require(client.name, client.type.action_goal, classes, whole)
 
 
-def require_steps(name: str, classes: Iterable[Any], goal: Any) -> None:
+def require_steps(name: str, classes: Iterable[Any], goal: Message) -> None:
     """Check that each definition has the kinds of step in a StepControlGoal.
 
     Raises:
@@ -66,7 +66,7 @@ def _step_has_angle(cls: Any) -> bool:
     return any(field.name == "angle" for field in library.message("woosh_msgs/StepControl").fields)
 
 
-def _require(name: str, ours: Any, theirs: Iterable[Any], message: Any) -> None:
+def _require(name: str, ours: type[Message], theirs: Iterable[type[Message]], message: Message) -> None:
     for cls in theirs:
         if cls._md5sum != ours._md5sum:
             lost = Conversion(ours, cls).lost(message)
@@ -74,7 +74,7 @@ def _require(name: str, ours: Any, theirs: Iterable[Any], message: Any) -> None:
                 raise limit_error(name, cls, lost, say("no field for {names}", names=", ".join(lost)))
 
 
-def limit_error(name: str, cls: Any, fields: list[str], lack: str) -> FirmwareLimit:
+def limit_error(name: str, cls: type[Message], fields: list[str], lack: str) -> FirmwareLimit:
     """Return the error; `cls` is the chassis's definition."""
     label, note = revision_of(cls)
     which = say("the {label} revision", label=label) if label else say("a revision that is not bundled")

@@ -8,9 +8,8 @@ definitions and gives the evidence.
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
-from rosproto.codec import Conversion, message_class, service_class
+from rosproto.codec import Conversion, DynamicMessage, Message, ServiceType, message_class, service_class
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled
 from rosproto.sentence import say
@@ -38,15 +37,15 @@ class Firmware:
     def __repr__(self) -> str:
         return f"<Firmware {self.name}>"
 
-    def message_class(self, name: str) -> Any:
+    def message_class(self, name: str) -> type[DynamicMessage]:
         """This firmware's class of a message type."""
         return message_class(name, self.library)
 
-    def service_class(self, name: str) -> Any:
+    def service_class(self, name: str) -> type[ServiceType]:
         """This firmware's class of a service type."""
         return service_class(name, self.library)
 
-    def convert(self, message: Any, to: Any) -> Any:
+    def convert(self, message: DynamicMessage, to: type[Message]) -> DynamicMessage:
         """Convert a message to another revision's class by field name; unchanged if the md5sums are equal."""
         source = type(message)
         if source._md5sum == to._md5sum:
@@ -54,7 +53,8 @@ class Firmware:
         key = (source, to)
         if key not in self._conversions:
             self._conversions[key] = Conversion(source, to)
-        return self._conversions[key](message)
+        converted: DynamicMessage = self._conversions[key](message)
+        return converted
 
 
 @cache
@@ -95,7 +95,7 @@ def _version(label: str) -> tuple[int, ...]:
     return tuple(int(part) for part in label.split("."))
 
 
-def revision_of(cls: Any) -> tuple[str, str]:
+def revision_of(cls: type[Message]) -> tuple[str, str]:
     """(firmware, note) of a class by its md5sum; ("", "") if no bundled revision has it."""
     return revision_label(cls._type, cls._md5sum)
 

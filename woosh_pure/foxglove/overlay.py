@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from msgdefs.geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from msgdefs.std_msgs.msg import ColorRGBA, Header
@@ -85,7 +84,7 @@ class Overlay:
         self._language = language
         self._drawn: set[tuple[str, int]] = set()
 
-    def markers(self, state: OverlayState, stamp: Time) -> Any:
+    def markers(self, state: OverlayState, stamp: Time) -> MarkerArray:
         """A `MarkerArray` that replaces the previous state with this one."""
         made = [*self._robot(state), *self._faults(state), *self._marks(state.marks)]
         names = {(one.ns, one.id) for one in made}
@@ -95,7 +94,7 @@ class Overlay:
             one.header = Header(stamp=stamp, frame_id=one.header.frame_id or _FRAME)
         return MarkerArray(markers=[*made, *gone])
 
-    def _robot(self, state: OverlayState) -> list[Any]:
+    def _robot(self, state: OverlayState) -> list[Marker]:
         if state.pose is None:
             return []
         where, colour = state.pose, state.colour
@@ -105,7 +104,7 @@ class Overlay:
             _text("robot", 2, _at(where, 0.8), state.sentence(), colour),
         ]
 
-    def _faults(self, state: OverlayState) -> list[Any]:
+    def _faults(self, state: OverlayState) -> list[Marker]:
         where = state.pose or Pose2D(0.0, 0.0, 0.0)
         made = []
         for number, fault in enumerate(state.faults[:MOST_FAULTS]):
@@ -117,7 +116,7 @@ class Overlay:
             made.append(_text("fault", number, _at(where, height), line, RED))
         return made
 
-    def _marks(self, marks: Sequence[UserMark]) -> list[Any]:
+    def _marks(self, marks: Sequence[UserMark]) -> list[Marker]:
         made = []
         placed = [mark for mark in marks if mark.pose is not None]
         for number, mark in enumerate(placed[:MOST_MARKS]):
@@ -129,7 +128,7 @@ class Overlay:
         return made
 
 
-def _at(pose: Pose2D, height: float) -> Any:
+def _at(pose: Pose2D, height: float) -> Pose:
     yaw = pose.yaw if math.isfinite(pose.yaw) else 0.0
     x, y, z, w = quaternion_from_yaw(yaw)
     return Pose(position=Point(x=pose.x, y=pose.y, z=height), orientation=Quaternion(x=x, y=y, z=z, w=w))
@@ -139,12 +138,12 @@ def _marker(
     ns: str,
     number: int,
     kind: int,
-    pose: Any,
+    pose: Pose,
     size: tuple[float, float, float],
     colour: tuple[float, float, float],
     *,
     alpha: float = 1.0,
-) -> Any:
+) -> Marker:
     return Marker(
         ns=ns,
         id=number,
@@ -156,7 +155,7 @@ def _marker(
     )
 
 
-def _text(ns: str, number: int, pose: Any, text: str, colour: tuple[float, float, float]) -> Any:
+def _text(ns: str, number: int, pose: Pose, text: str, colour: tuple[float, float, float]) -> Marker:
     made = _marker(ns, number, Marker.TEXT_VIEW_FACING, pose, (0.0, 0.0, TEXT_HEIGHT), colour)
     made.text = text
     return made

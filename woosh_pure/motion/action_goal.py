@@ -12,6 +12,8 @@ from functools import partial
 from typing import Any
 
 import rosproto
+from rosproto.action import GoalHandle as SentGoal
+from rosproto.codec import DynamicMessage
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
@@ -55,7 +57,7 @@ class ActionHandle(GoalHandle[Any]):
         super().__init__(components, goal_text, timeout, server=name)
         self._name = name
         self._drives = drives
-        self._goal: Any = None
+        self._goal: SentGoal | None = None
         self._given_up: float | None = None  # when, by the monotonic clock
 
     @property
@@ -64,7 +66,7 @@ class ActionHandle(GoalHandle[Any]):
         return self._drives
 
     def send(
-        self, message: Any, since: int | None = None, *, check: bool = True, replace: bool = False
+        self, message: DynamicMessage, since: int | None = None, *, check: bool = True, replace: bool = False
     ) -> None:
         """Send the goal. The handle is registered first, so that `stop` in another thread finds it.
 
@@ -103,7 +105,7 @@ class ActionHandle(GoalHandle[Any]):
         self._components.watchdog_client.goal(self._motion, self._name, goal_id)
         return goal_id
 
-    def _send_to(self, client: rosproto.ActionClient, message: Any, goal_id: str) -> None:
+    def _send_to(self, client: rosproto.ActionClient, message: DynamicMessage, goal_id: str) -> None:
         if self._motion.asked:
             raise MotionRefused(
                 say("{goal}: it was stopped before it was sent; nothing was sent", goal=self.description)
@@ -119,13 +121,13 @@ class ActionHandle(GoalHandle[Any]):
         """The result message, None before the end."""
         return None if self._goal is None else self._goal.result
 
-    def _on_feedback(self, *arguments: Any) -> None:
-        self._advance(self._progress_of(arguments[-1]))
+    def _on_feedback(self, goal: SentGoal, feedback: DynamicMessage) -> None:
+        self._advance(self._progress_of(feedback))
 
-    def _progress_of(self, feedback: Any) -> Any:
+    def _progress_of(self, feedback: DynamicMessage) -> Any:
         return feedback
 
-    def _on_transition(self, *arguments: Any) -> None:
+    def _on_transition(self, *arguments: object) -> None:
         self._check()
 
     def _request_cancel(self, timeout: float) -> None:
@@ -186,11 +188,11 @@ class ActionHandle(GoalHandle[Any]):
             if goal.give_up():
                 self._given_up = time.monotonic()
 
-    def _is_held(self, goal: Any) -> bool:
+    def _is_held(self, goal: SentGoal) -> bool:
         """Whether the end of that goal on the server is not the end of this motion."""
         return False
 
-    def _settle(self, status: int, text: str, result: Any) -> None:
+    def _settle(self, status: int, text: str, result: DynamicMessage) -> None:
         if status == _SUCCEEDED:
             self._succeeded(text, result)
         elif status in (_PREEMPTED, _RECALLED):
@@ -207,7 +209,7 @@ class ActionHandle(GoalHandle[Any]):
                 OutcomeKind.CONNECTION_LOST, text or "the action server no longer knows the goal", status
             )
 
-    def _succeeded(self, text: str, result: Any) -> None:
+    def _succeeded(self, text: str, result: DynamicMessage) -> None:
         self._motion.finish(OutcomeKind.ARRIVED, text)
 
     def _reason(self, text: str) -> str:
@@ -232,7 +234,7 @@ class NavigationProgress:
 class NavigationHandle(ActionHandle):
     """A goal of /move_base under way."""
 
-    def _progress_of(self, feedback: Any) -> NavigationProgress:
+    def _progress_of(self, feedback: DynamicMessage) -> NavigationProgress:
         stamped = feedback.base_position
         return NavigationProgress(
             pose_of(stamped.pose, stamped.header.frame_id or "map"), int(feedback.nav_state)
@@ -268,7 +270,13 @@ def start_navigation(
 
 
 def start_action(
-    components: Components, row: Row, goal: Any, *, timeout: float | None, check: bool, replace: bool
+    components: Components,
+    row: Row,
+    goal: DynamicMessage,
+    *,
+    timeout: float | None,
+    check: bool,
+    replace: bool,
 ) -> ActionHandle:
     """Send a goal of any kind; one that moves the base is checked like the motion verbs."""
     since = components.motions.since
@@ -340,7 +348,7 @@ class StepHandle(ActionHandle):
         self._avoid = avoid
         # The goal that a pause of ours ends on the server. It is noted before the pause is sent, so whoever
         # sees that end sees this as well.
-        self._held: Any = None
+        self._held: SentGoal | None = None
         # One pause or resume at a time. No stop, cancel or wait takes it.
         self._turn = threading.Lock()
 
@@ -372,7 +380,7 @@ class StepHandle(ActionHandle):
         self._part.goal_id = super()._new_goal_id(client)
         return self._part.goal_id
 
-    def _on_feedback(self, goal: Any, feedback: Any) -> None:
+    def _on_feedback(self, goal: SentGoal, feedback: DynamicMessage) -> None:
         part = self._part
         if goal.goal_id != part.goal_id:
             return  # of the part before a pause
@@ -412,10 +420,12 @@ class StepHandle(ActionHandle):
             raise MotionRefused(
                 say("{goal}: the chassis did not confirm the pause: {why}", goal=self.description, why=error)
             ) from error
-        if int(goal.status) != _RECALLED:  # else it never began, and the result is of an earlier part
+        if (
+            goal is not None and int(goal.status) != _RECALLED
+        ):  # else it never began, and the result is of an earlier part
             self._refine(result)
 
-    def _refine(self, result: Any) -> None:
+    def _refine(self, result: DynamicMessage) -> None:
         """Use the position of the pause in the chassis's result, which is more exact than the last report.
 
         These numbers are not documented, so they are used only if they fit the step under way.
@@ -456,7 +466,7 @@ class StepHandle(ActionHandle):
         finally:
             self._turn.release()
 
-    def _is_held(self, goal: Any) -> bool:
+    def _is_held(self, goal: SentGoal) -> bool:
         return goal is self._held
 
     def _check(self) -> None:
@@ -476,7 +486,7 @@ class StepHandle(ActionHandle):
         if paused:
             self._motion.finish(OutcomeKind.CANCELLED, "cancelled while paused")
 
-    def _succeeded(self, text: str, result: Any) -> None:
+    def _succeeded(self, text: str, result: DynamicMessage) -> None:
         # Result 1 is success; negative is failure, also when actionlib calls the goal succeeded.
         code = int(result.result)
         if code == 1:
@@ -491,7 +501,7 @@ def _in_a_row(steps: Sequence[Step]) -> str:
     return functools.reduce(lambda a, b: say("{first}, then {second}", first=a, second=b), told)
 
 
-def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> Any:
+def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> DynamicMessage:
     """woosh_msgs/StepControlGoal."""
     goal = message_type("woosh_msgs/StepControlGoal")()
     goal.mode, goal.useAvoid = int(mode), avoid

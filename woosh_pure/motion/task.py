@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypedDict
 
+from rosproto.codec import DynamicMessage
 from rosproto.coercion import whole
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
@@ -97,7 +98,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         if not reply.success:
             self._refuse(reply)
 
-    def _execute(self) -> Any:
+    def _execute(self) -> DynamicMessage:
         motion, ask = self._motion, self._components.clients.exec_task
         if motion.asked:
             raise MotionRefused(
@@ -124,7 +125,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._motion.finish(OutcomeKind.CANCELLED, "not sent")
             self._drop_prepared()
 
-    def _refuse(self, reply: Any) -> None:
+    def _refuse(self, reply: DynamicMessage) -> None:
         knowledge, why = self._components.readiness_state, say(reply.message or "no reason given")
         state = RobotState(reply.statusCode)
         told = say("the last motion was refused ({what}: {why})", what=self.description, why=why)
@@ -165,7 +166,7 @@ class TaskHandle(GoalHandle[RobotStatus]):
         reply = self._components.clients.exec_task(command, self.task_id, timeout=_REPLY_SECONDS)
         self._require_yes(reply, command)
 
-    def _require_yes(self, reply: Any, command: TaskCommand) -> None:
+    def _require_yes(self, reply: DynamicMessage, command: TaskCommand) -> None:
         if not reply.success:
             raise MotionRefused(
                 say(
@@ -223,14 +224,15 @@ class TaskHandle(GoalHandle[RobotStatus]):
             if not self._motion.wait(1.0) and not self._status_shows_end():
                 raise
 
-    def _cancel_reply(self, timeout: float) -> Any:
+    def _cancel_reply(self, timeout: float) -> DynamicMessage:
         """The reply to the prepared cancel, which a stop may have written already. Another connection is
         opened only if that fails: no file may be left for one.
         """
         prepared = self._prepared
         if prepared is not None and prepared.send():
             try:
-                return prepared.answer(min(timeout, 1.0))
+                answer: DynamicMessage = prepared.answer(min(timeout, 1.0))
+                return answer
             except RosError as error:
                 logger.debug("! %s: its cancel is sent again: %s", self.description, error)
         return self._components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=timeout)

@@ -13,10 +13,12 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from types import TracebackType
 from typing import Any
 
 import rosproto
+from rosproto.codec import DynamicMessage, Message
 from rosproto.coercion import as_float
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
@@ -260,7 +262,9 @@ class SimulatedChassis(Simulation):
                 self._publish_transforms()
         self._publish_costmap(now)
 
-    def _send(self, topic: str, filler: Any, *, always: bool = False) -> None:
+    def _send(
+        self, topic: str, filler: Callable[[World, DynamicMessage, float], None], *, always: bool = False
+    ) -> None:
         publisher = self.graph.first(topic)
         if publisher is None or not (always or publisher.connections):
             return
@@ -292,7 +296,7 @@ class SimulatedChassis(Simulation):
             publisher = self.graph.first("/move_base/global_plan")
             if publisher is not None:
                 self._due["plan"] = now + PLAN_EVERY
-                message = publisher.message_class()
+                message: Any = publisher.message_class()
                 fill_plan([self.world.body.pose, *path], message, self.now)
                 _publish(publisher, message)
         self._plan = path
@@ -326,14 +330,14 @@ class SimulatedChassis(Simulation):
         ):
             publisher = self.graph.publishers.get((node, "/tf")) or self.graph.first("/tf")
             if publisher is not None and publisher.connections:
-                message = publisher.message_class()
+                message: Any = publisher.message_class()
                 fill_transforms(message, self.now, link)
                 _publish(publisher, message)
 
     def _publish_static(self) -> None:
         publisher = self.graph.first("/tf_static")
         if publisher is not None:
-            message = publisher.message_class()
+            message: Any = publisher.message_class()
             here = Pose2D(0.0, 0.0)
             links = [
                 ("base_link", child, here) for child in ("laser", "imu", "camera_1_depth", "camera_1_color")
@@ -342,7 +346,7 @@ class SimulatedChassis(Simulation):
             publisher.publish(message)
         self._publish_volume(50)
 
-    def _set_volume(self, message: Any) -> None:
+    def _set_volume(self, message: DynamicMessage) -> None:
         self._publish_volume(min(100, message.percent))
 
     def _publish_volume(self, percent: int) -> None:
@@ -460,7 +464,7 @@ class SimulatedChassis(Simulation):
             return self.world.body.pose
 
 
-def _publish(publisher: rosproto.Publisher, message: Any) -> None:
+def _publish(publisher: rosproto.Publisher, message: Message) -> None:
     """Publish, unless the node has crashed."""
     try:
         publisher.publish(message)

@@ -10,7 +10,8 @@ from functools import partial
 from typing import Any
 
 import rosproto
-from rosproto.action import action_type
+from rosproto.action import ServerGoal, action_type
+from rosproto.codec import DynamicMessage
 from rosproto.node import LocalNodes, OwnDefinitionsOnly
 from woosh_pure import interface
 from woosh_pure.firmware.versions import Firmware
@@ -69,7 +70,7 @@ class Graph:
         self._server = server
         self.nodes: dict[str, rosproto.Node] = {}
         self.publishers: dict[tuple[str, str], rosproto.Publisher] = {}
-        self.heard: dict[str, Any] = {}
+        self.heard: dict[str, DynamicMessage] = {}
         self.costmap: rosproto.Publisher | None = None
         self._keep: list[Any] = []
         self._building: ExitStack | None = None
@@ -135,7 +136,7 @@ class Graph:
             action = self._firmware.message_class(f"{type_}Action")
             self._keep.append(rosproto.ActionClient(node, name, action, status_timeout=None))
 
-    def _class_of(self, row: Row) -> Any:
+    def _class_of(self, row: Row) -> type[DynamicMessage]:
         if row.type in _ASSUMED:
             return rosproto.define(row.type, _ASSUMED[row.type])
         return self._firmware.message_class(row.type)
@@ -166,12 +167,14 @@ class Graph:
                 for topic in row.aliases or (row.name,):
                     self._keep.append(self.node(name).publisher(topic, self._class_of(row), queue_size=1))
 
-    def _receive(self, row: Row, obey: Callable[[Any], object], message: Any) -> None:
+    def _receive(self, row: Row, obey: Callable[[DynamicMessage], object], message: DynamicMessage) -> None:
         if row.definition_known:
             message = self._firmware.convert(message, message_type(row.type))
         self._network.carry(lambda: self._handle_message(row.name, obey, message))
 
-    def _handle_message(self, topic: str, obey: Callable[[Any], object], message: Any) -> None:
+    def _handle_message(
+        self, topic: str, obey: Callable[[DynamicMessage], object], message: DynamicMessage
+    ) -> None:
         self.heard[topic] = message
         obey(message)
 
@@ -180,7 +183,7 @@ class Graph:
         theirs = firmware.service_class(row.type)
         request, response = message_type(f"{row.type}Request"), message_type(f"{row.type}Response")
 
-        def handle(message: Any) -> Any:
+        def handle(message: DynamicMessage) -> DynamicMessage:
             self._network.travel()
             answer = handler(firmware.convert(message, request))
             self._network.travel()
@@ -193,7 +196,7 @@ class Graph:
         node = self.node(row.providers[0])
         type_ = self._firmware.message_class(f"{row.type}Action")
 
-        def handle(goal: Any) -> None:
+        def handle(goal: ServerGoal) -> None:
             handler(RobotGoal(self._firmware, self._network, row.type, goal))
 
         self._keep.append(rosproto.ActionServer(node, row.name, type_, handle))
@@ -231,7 +234,7 @@ class Graph:
             node.close()
 
 
-def _ignore(message: Any) -> None:
+def _ignore(message: DynamicMessage) -> None:
     """Callback for topics that have no effect in the simulation."""
 
 
@@ -241,7 +244,7 @@ class RobotGoal:
     The network delays its arrival and its cancel.
     """
 
-    def __init__(self, firmware: Firmware, network: Network, type_name: str, goal: Any) -> None:
+    def __init__(self, firmware: Firmware, network: Network, type_name: str, goal: ServerGoal) -> None:
         self._firmware, self._network, self._goal = firmware, network, goal
         self._result = firmware.message_class(f"{type_name}Result")
         self._feedback = firmware.message_class(f"{type_name}Feedback")
@@ -263,21 +266,21 @@ class RobotGoal:
             self._cancel_arrives = self._network.arrival()
         return time.monotonic() >= self._cancel_arrives
 
-    def publish_feedback(self, feedback: Any) -> None:
+    def publish_feedback(self, feedback: DynamicMessage) -> None:
         """See `ServerGoal`."""
         self._goal.publish_feedback(self._firmware.convert(feedback, self._feedback))
 
-    def succeed(self, result: Any = None, text: str = "") -> None:
+    def succeed(self, result: DynamicMessage | None = None, text: str = "") -> None:
         """See `ServerGoal`."""
         self._goal.succeed(self._converted(result), text)
 
-    def abort(self, result: Any = None, text: str = "") -> None:
+    def abort(self, result: DynamicMessage | None = None, text: str = "") -> None:
         """See `ServerGoal`."""
         self._goal.abort(self._converted(result), text)
 
-    def preempted(self, result: Any = None, text: str = "") -> None:
+    def preempted(self, result: DynamicMessage | None = None, text: str = "") -> None:
         """See `ServerGoal`."""
         self._goal.preempted(self._converted(result), text)
 
-    def _converted(self, result: Any) -> Any:
+    def _converted(self, result: DynamicMessage | None) -> DynamicMessage | None:
         return None if result is None else self._firmware.convert(result, self._result)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rosproto.codec import DynamicMessage
 from woosh_pure.geometry import Pose2D, Velocity, quaternion_from_yaw
 from woosh_pure.sim.sensors import camera_depth, camera_picture, camera_points, cast
 from woosh_pure.sim.world import World
@@ -18,7 +19,7 @@ RANGE_MIN, RANGE_MAX = 0.05, 30.0
 _ANGLES = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
 
 
-def stamp(message: Any, frame: str, now: float) -> None:
+def stamp(message: DynamicMessage, frame: str, now: float) -> None:
     """Fill a message's header."""
     header = message.header
     header.frame_id = frame
@@ -26,17 +27,17 @@ def stamp(message: Any, frame: str, now: float) -> None:
     header.stamp.nsecs = int((now % 1.0) * 1e9)
 
 
-def _set_pose(target: Any, pose: Pose2D) -> None:
+def _set_pose(target: DynamicMessage, pose: Pose2D) -> None:
     target.position.x, target.position.y, target.position.z = pose.x, pose.y, 0.0
     q = target.orientation
     q.x, q.y, q.z, q.w = quaternion_from_yaw(pose.yaw)
 
 
-def _set_twist(target: Any, velocity: Velocity) -> None:
+def _set_twist(target: DynamicMessage, velocity: Velocity) -> None:
     target.linear.x, target.linear.y, target.angular.z = velocity.vx, velocity.vy, velocity.wz
 
 
-def fill_status(world: World, m: Any, now: float) -> None:
+def fill_status(world: World, m: DynamicMessage, now: float) -> None:
     """woosh_msgs/RobotStatus."""
     record = world.status()
     m.task_id, m.task_type, m.task_state = record.task_id, int(record.task_type), int(record.task_state)
@@ -46,12 +47,12 @@ def fill_status(world: World, m: Any, now: float) -> None:
     m.dest, m.msg, m.time = record.destination, record.message, int(now)
 
 
-def _pose2d(world: World, m: Any, now: float) -> None:
+def _pose2d(world: World, m: DynamicMessage, now: float) -> None:
     pose = world.believed_pose
     m.x, m.y, m.theta = pose.x, pose.y, pose.yaw
 
 
-def _amcl(world: World, m: Any, now: float) -> None:
+def _amcl(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "map", now)
     _set_pose(m.pose.pose, world.believed_pose)
     spread = 0.0025 if world.located else 1.0
@@ -60,11 +61,11 @@ def _amcl(world: World, m: Any, now: float) -> None:
     m.pose.covariance = covariance
 
 
-def _odometer(world: World, m: Any, now: float) -> None:
+def _odometer(world: World, m: DynamicMessage, now: float) -> None:
     m.data = world.body.distance
 
 
-def _battery(world: World, m: Any, now: float) -> None:
+def _battery(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "", now)
     b = world.battery
     m.batteryPercentage = round(b.percent)
@@ -77,7 +78,7 @@ def _battery(world: World, m: Any, now: float) -> None:
     m.cellVoltageMax, m.cellVoltageMin = b.voltage / 8 + 0.01, b.voltage / 8 - 0.01
 
 
-def _bms(world: World, m: Any, now: float) -> None:
+def _bms(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "", now)
     b = world.battery
     m.current, m.voltageTotal = b.current, b.voltage
@@ -86,7 +87,7 @@ def _bms(world: World, m: Any, now: float) -> None:
     m.chargeCycle, m.capacityResidue, m.capacityTotal, m.switchStatus = 12, b.capacity, b.FULL_AH, 3
 
 
-def _parameter(world: World, m: Any, now: float) -> None:
+def _parameter(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "", now)
     m.wheelPerimeter, m.wheelDistant = 0.534, 0.42
     m.ratioLeft = m.ratioRight = 25.0
@@ -96,30 +97,30 @@ def _parameter(world: World, m: Any, now: float) -> None:
     m.joystickMaxLinear, m.joystickMaxAngular = 0.5, 0.8
 
 
-def _information(world: World, m: Any, now: float) -> None:
+def _information(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "", now)
     m.hardwareVersion, m.softwareVersion, m.IAPSoftwareVersion = "sim-1", "woosh_pure simulation", "sim-iap"
     m.movebaseType = "omnidirectional" if world.body.limits.omnidirectional else "differential"
     _parameter(world, m.parameter, now)
 
 
-def _twist(world: World, m: Any, now: float) -> None:
+def _twist(world: World, m: DynamicMessage, now: float) -> None:
     _set_twist(m, world.body.velocity)
 
 
-def _odometry(world: World, m: Any, now: float) -> None:
+def _odometry(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "odom", now)
     m.child_frame_id = "base_link"
     _set_pose(m.pose.pose, world.body.odometry)
     _set_twist(m.twist.twist, world.body.velocity)
 
 
-def _odometry_raw(world: World, m: Any, now: float) -> None:
+def _odometry_raw(world: World, m: DynamicMessage, now: float) -> None:
     _odometry(world, m, now)
     _set_pose(m.pose.pose, world.body.wheel_odometry)
 
 
-def _scan(world: World, m: Any, now: float) -> None:
+def _scan(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "laser", now)
     m.angle_min, m.angle_increment = -math.pi, 2.0 * math.pi / BEAMS
     m.angle_max = m.angle_min + m.angle_increment * (BEAMS - 1)
@@ -128,7 +129,7 @@ def _scan(world: World, m: Any, now: float) -> None:
     m.ranges = cast(world.site.grid, world.body.pose, _ANGLES, RANGE_MAX, world.obstacles)
 
 
-def _imu(world: World, m: Any, now: float) -> None:
+def _imu(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "imu", now)
     q = m.orientation
     q.x, q.y, q.z, q.w = quaternion_from_yaw(world.body.odometry.yaw)
@@ -138,33 +139,33 @@ def _imu(world: World, m: Any, now: float) -> None:
     m.linear_acceleration.z = 9.81
 
 
-def _color(world: World, m: Any, now: float) -> None:
+def _color(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "camera_1_color", now)
     _set_image(m, "rgb8", camera_picture(world.site.grid, world.body.pose, world.obstacles))
 
 
-def _depth(world: World, m: Any, now: float) -> None:
+def _depth(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "camera_1_depth", now)
     _set_image(m, "16UC1", camera_depth(world.site.grid, world.body.pose, world.obstacles))
 
 
-def _set_image(m: Any, encoding: str, pixels: Any) -> None:
+def _set_image(m: DynamicMessage, encoding: str, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
     m.height, m.width, m.encoding = pixels.shape[0], pixels.shape[1], encoding
     m.step = pixels.strides[0]
     m.data = np.ascontiguousarray(pixels).reshape(-1).view(np.uint8)
 
 
-def _points(world: World, m: Any, now: float) -> None:
+def _points(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "camera_1_depth", now)
     _set_cloud(m, camera_points(world.site.grid, world.body.pose, world.obstacles))
 
 
-def _obstacle_points(world: World, m: Any, now: float) -> None:
+def _obstacle_points(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "camera_1_depth", now)
     _set_cloud(m, camera_points(world.site.grid, world.body.pose, world.obstacles, floor=False))
 
 
-def _set_cloud(m: Any, points: Any) -> None:
+def _set_cloud(m: DynamicMessage, points: NDArray[np.float32]) -> None:
     field = message_type("sensor_msgs/PointField")
     m.height, m.width, m.is_dense = 1, points.shape[0], True
     m.fields = [field(name=n, offset=4 * i, datatype=7, count=1) for i, n in enumerate("xyz")]
@@ -172,11 +173,11 @@ def _set_cloud(m: Any, points: Any) -> None:
     m.data = np.ascontiguousarray(points, np.float32).reshape(-1).view(np.uint8)
 
 
-def _localization_state(world: World, m: Any, now: float) -> None:
+def _localization_state(world: World, m: DynamicMessage, now: float) -> None:
     m.data = 1 if world.located else 0
 
 
-def _inputs(world: World, m: Any, now: float) -> None:
+def _inputs(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "", now)
     # Module 1: keys of the chassis (woosh_msgs/IO). Which line is which is assumed.
     line = message_type("woosh_msgs/IO")
@@ -186,7 +187,7 @@ def _inputs(world: World, m: Any, now: float) -> None:
     ]
 
 
-def fill_plan(path: list[Pose2D], m: Any, now: float) -> None:
+def fill_plan(path: list[Pose2D], m: DynamicMessage, now: float) -> None:
     """nav_msgs/Path."""
     stamp(m, "map", now)
     stamped = message_type("geometry_msgs/PoseStamped")
@@ -198,7 +199,7 @@ def fill_plan(path: list[Pose2D], m: Any, now: float) -> None:
         m.poses.append(one)
 
 
-def fill_transforms(m: Any, now: float, *links: tuple[str, str, Pose2D]) -> None:
+def fill_transforms(m: DynamicMessage, now: float, *links: tuple[str, str, Pose2D]) -> None:
     """tf2_msgs/TFMessage of (parent, child, pose) links."""
     transform = message_type("geometry_msgs/TransformStamped")
     m.transforms = []
@@ -212,7 +213,7 @@ def fill_transforms(m: Any, now: float, *links: tuple[str, str, Pose2D]) -> None
         m.transforms.append(one)
 
 
-PERIODIC: dict[str, tuple[Callable[[World, Any, float], None], float]] = {
+PERIODIC: dict[str, tuple[Callable[[World, DynamicMessage, float], None], float]] = {
     "/movebase_pose2d": (_pose2d, 10.0),
     "/odometer": (_odometer, 2.0),
     "/battery": (_battery, 2.0),

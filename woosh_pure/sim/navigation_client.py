@@ -9,9 +9,8 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable, Sequence
-from typing import Any
 
-from rosproto.action import GoalStatus
+from rosproto.action import GoalHandle, GoalStatus
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from woosh_pure.firmware.versions import Firmware
@@ -35,7 +34,7 @@ class NavigationMotion(Motion):
         self.way = list(way)
         self.keep_path = keep_path
         self.sent = 0
-        self.goal: Any = None
+        self.goal: GoalHandle | None = None
 
     def end(self, state: MotionState, code: int = 0) -> None:
         if not self.state.is_final:
@@ -58,7 +57,7 @@ class NavigationClient:
         self._graph = graph
         self._firmware = firmware
         self._lock = lock
-        self._todo: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
+        self._todo: queue.SimpleQueue[Callable[[], object] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="woosh:simulated client", daemon=True)
         self._thread.start()
 
@@ -123,7 +122,7 @@ class NavigationClient:
             with self._lock:
                 motion.way = motion.way[-left:]
 
-    def _goal_changed(self, motion: NavigationMotion, number: int, goal: Any) -> None:
+    def _goal_changed(self, motion: NavigationMotion, number: int, goal: GoalHandle) -> None:
         if not goal.done:
             return
         with self._lock:

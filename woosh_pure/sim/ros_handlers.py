@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from rosproto.codec import DynamicMessage
 from woosh_pure.enums import NavigationMode, StepControlMode, StepMode, TaskCommand, TaskType
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import grid_from_message, grid_message
@@ -21,10 +22,15 @@ from woosh_pure.sim.tasks import TaskRequest
 from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type, pose_of, stamped_pose
 
+if TYPE_CHECKING:
+    from woosh_pure.sim.graph import RobotGoal
+
+Feedback = Callable[[Motion], DynamicMessage]
+Result = Callable[[bool], "DynamicMessage | None"]
 _TF_CACHE, _PLANNER_PATIENCE = 10.0, 5.0  # s; defaults of tf2 and of move_base
 
 
-def _why_refused(messages: list[Any], now: float) -> str:
+def _why_refused(messages: Sequence[DynamicMessage], now: float) -> str:
     """Why noetic's move_base would not drive to one of these geometry_msgs/PoseStamped; "" if it would.
 
     Source: move_base.cpp, isQuaternionValid and goalToGlobalFrame; tf2 buffer_core.cpp, validateFrameId.
@@ -50,11 +56,11 @@ def _why_refused(messages: list[Any], now: float) -> str:
     return ""
 
 
-def _poses(messages: Any) -> list[Pose2D]:
+def _poses(messages: Iterable[DynamicMessage]) -> list[Pose2D]:
     return [pose_of(m.pose, m.header.frame_id) for m in messages]
 
 
-def _new(type_name: str, **fields: Any) -> Any:
+def _new(type_name: str, **fields: Any) -> DynamicMessage:
     return message_type(type_name)(**fields)
 
 
@@ -106,7 +112,7 @@ class RosHandlers:
             "/init_pose": self.init_pose,
             "/woosh_init": self.woosh_init,
         }
-        self.topics: dict[str, Callable[[Any], object]] = {
+        self.topics: dict[str, Callable[[DynamicMessage], object]] = {
             "/base_cmd_vel": partial(self._velocity, smooth=False),
             "/smooth_cmd_vel": partial(self._velocity, smooth=True),
             "/key_cmd_vel": partial(self._velocity, smooth=True),
@@ -120,7 +126,7 @@ class RosHandlers:
 
     # -- services --------------------------------------------------------------------------------------------
 
-    def exec_task(self, request: Any) -> dict[str, object]:
+    def exec_task(self, request: DynamicMessage) -> dict[str, object]:
         """/exec_task."""
         with self._sim.lock:
             way = self._in_map(request.poses)
@@ -137,42 +143,42 @@ class RosHandlers:
         time.sleep(self._sim.reply_delay)
         return {"success": reply.success, "message": reply.message, "statusCode": reply.code}
 
-    def start_localization(self, request: Any) -> dict[str, object]:
+    def start_localization(self, request: DynamicMessage) -> dict[str, object]:
         """/start_localization."""
         with self._sim.lock:
             self._world.run_localization(bool(request.data))
         return {"success": True, "message": ""}
 
-    def init_pose(self, request: Any) -> dict[str, object]:
+    def init_pose(self, request: DynamicMessage) -> dict[str, object]:
         """woosh_msgs/InitPose (its name is assumed)."""
         return {"success": self._tell_pose(request.initial_pose)}
 
-    def woosh_init(self, request: Any) -> dict[str, object]:
+    def woosh_init(self, request: DynamicMessage) -> dict[str, object]:
         """woosh_msgs/WooshInit (its name, and that it starts the localisation, are assumed)."""
         with self._sim.lock:
             self._world.run_localization(True)
             located = self._world.located
         return {"success": located, "message": "" if located else "position unknown"}
 
-    def enable_costmaps(self, request: Any) -> dict[str, object]:
+    def enable_costmaps(self, request: DynamicMessage) -> dict[str, object]:
         """/move_base/enable_costmaps."""
         with self._sim.lock:
             self._world.costmaps_enabled = bool(request.data)
         return {"success": True, "message": ""}
 
-    def clear_costmaps(self, request: Any) -> dict[str, object]:
+    def clear_costmaps(self, request: DynamicMessage) -> dict[str, object]:
         """/move_base/clear_costmaps."""
         with self._sim.lock:
             self._world.clear_costmaps()
         return {}
 
-    def get_map(self, request: Any) -> dict[str, object]:
+    def get_map(self, request: DynamicMessage) -> dict[str, object]:
         """/aic_map_server/get_map."""
         with self._sim.lock:
             grid = self._world.map_seen
         return {"map": grid_message(grid)}
 
-    def set_map(self, request: Any) -> dict[str, object]:
+    def set_map(self, request: DynamicMessage) -> dict[str, object]:
         """/set_map."""
         try:
             grid = grid_from_message(request.map)
@@ -183,7 +189,7 @@ class RosHandlers:
             self._world.set_map(grid, pose)
         return {"success": True}
 
-    def make_plan(self, request: Any) -> dict[str, object]:
+    def make_plan(self, request: DynamicMessage) -> dict[str, object]:
         """/move_base/make_plan."""
         plan = message_type("nav_msgs/Path")()
         with self._sim.lock:
@@ -197,7 +203,7 @@ class RosHandlers:
             fill_plan(path or [], plan, self._sim.now)
         return {"plan": plan}
 
-    def _in_map(self, messages: list[Any]) -> list[Pose2D] | None:
+    def _in_map(self, messages: Sequence[DynamicMessage]) -> list[Pose2D] | None:
         """The poses in the map; None if one cannot be converted. Called with the world locked."""
         poses = _poses(messages)
         if _why_refused(messages, self._sim.now):
@@ -210,12 +216,12 @@ class RosHandlers:
 
     # -- topics ----------------------------------------------------------------------------------------------
 
-    def _velocity(self, message: Any, *, smooth: bool) -> None:
+    def _velocity(self, message: DynamicMessage, *, smooth: bool) -> None:
         velocity = Velocity(message.linear.x, message.linear.y, message.angular.z)
         with self._sim.lock:
             self._world.command_velocity(velocity, smooth=smooth)
 
-    def _tell_pose(self, message: Any) -> bool:
+    def _tell_pose(self, message: DynamicMessage) -> bool:
         pose = pose_of(message.pose.pose, "map")
         if not _finite(pose.x, pose.y, pose.yaw):
             return False
@@ -224,7 +230,7 @@ class RosHandlers:
 
     # -- actions ---------------------------------------------------------------------------------------------
 
-    def move_base(self, goal: Any) -> None:
+    def move_base(self, goal: RobotGoal) -> None:
         """/move_base."""
         target, path = goal.goal.target_pose, goal.goal.poses
         with self._sim.lock:
@@ -244,12 +250,12 @@ class RosHandlers:
             )
         self._run_motion(goal, motion, self._navigation_feedback, lambda ok: None)
 
-    def _navigation_feedback(self, motion: Motion) -> Any:
+    def _navigation_feedback(self, motion: Motion) -> DynamicMessage:
         assert isinstance(motion, PathMotion)
         where = stamped_pose(self._world.believed_pose)
         return _new("woosh_msgs/MoveBaseFeedback", base_position=where, nav_state=len(motion.path))
 
-    def step_control(self, goal: Any) -> None:
+    def step_control(self, goal: RobotGoal) -> None:
         """/cmd_vel_control."""
         message = goal.goal
         mode = StepControlMode(message.mode)
@@ -262,7 +268,7 @@ class RosHandlers:
             return
         self._run_motion(goal, motion, self._step_feedback, lambda ok: self._step_result(motion, ok))
 
-    def _answer_step_command(self, goal: Any, mode: StepControlMode, done: bool) -> None:
+    def _answer_step_command(self, goal: RobotGoal, mode: StepControlMode, done: bool) -> None:
         """Answer a goal without motion: pause, cancel, or resume while nothing is paused."""
         result = _new("woosh_msgs/StepControlResult", result=1 if done else -1)
         if not done:
@@ -272,7 +278,7 @@ class RosHandlers:
             self._describe_pause(result)
         goal.succeed(result)
 
-    def _describe_pause(self, result: Any) -> None:
+    def _describe_pause(self, result: DynamicMessage) -> None:
         """Add the progress of the paused step, after the robot has stopped."""
         sim, world = self._sim, self._world
         with sim.lock:
@@ -297,17 +303,17 @@ class RosHandlers:
             world.end_motion(world.motion, MotionState.CANCELLED, 120301000041)
         return None, True
 
-    def _step_feedback(self, motion: Motion) -> Any:
+    def _step_feedback(self, motion: Motion) -> DynamicMessage:
         assert isinstance(motion, StepMotion)
         mode = int(motion.current.mode)
         return _new("woosh_msgs/StepControlFeedback", feedback=1, executeMode=mode, percent=motion.percent)
 
-    def _step_result(self, motion: Motion, ok: bool) -> Any:
+    def _step_result(self, motion: Motion, ok: bool) -> DynamicMessage:
         assert isinstance(motion, StepMotion)
         mode, code = int(motion.current.mode), 1 if ok else -1
         return _new("woosh_msgs/StepControlResult", result=code, executeMode=mode, percent=motion.percent)
 
-    def _run_motion(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
+    def _run_motion(self, goal: RobotGoal, motion: Motion, feedback: Feedback, result: Result) -> None:
         """Wait until a motion ends or its client cancels it; cancel the motion if this fails."""
         try:
             self._wait_for_end(goal, motion, feedback, result)
@@ -316,7 +322,7 @@ class RosHandlers:
                 if motion.state is MotionState.RUNNING:
                     self._world.end_motion(motion, MotionState.CANCELLED)
 
-    def _wait_for_end(self, goal: Any, motion: Motion, feedback: Any, result: Any) -> None:
+    def _wait_for_end(self, goal: RobotGoal, motion: Motion, feedback: Feedback, result: Result) -> None:
         sim = self._sim
         last = 0.0
         while True:
@@ -352,7 +358,7 @@ class RosHandlers:
         else:
             self._world.end_motion(motion, MotionState.CANCELLED)
 
-    def navigation_mode(self, goal: Any) -> None:
+    def navigation_mode(self, goal: RobotGoal) -> None:
         """/navigation_mode."""
         message = goal.goal
         mode = NavigationMode(message.navigation_mode)
@@ -365,7 +371,7 @@ class RosHandlers:
             self._world.navigation = NavigationSettings(mode, message.waiting_timeout, message.max_speed)
         goal.succeed(_new("woosh_msgs/NavigationModeResult", result=1))
 
-    def accessory(self, action_type: str, goal: Any) -> None:
+    def accessory(self, action_type: str, goal: RobotGoal) -> None:
         """Lift, roller, tractor, docking ...: succeed after two simulated seconds (assumed)."""
         sim = self._sim
         with sim.lock:
@@ -378,7 +384,7 @@ class RosHandlers:
             goal.succeed(_success(action_type))
 
 
-def _success(action_type: str, *, ok: bool = True) -> Any:
+def _success(action_type: str, *, ok: bool = True) -> DynamicMessage:
     """A result message with the success value of its definition (SUCCESS, or 1)."""
     result = message_type(f"{action_type}Result")()
     if hasattr(result, "result"):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Any
 
-from rosproto.codec import encode
+from rosproto.codec import Message, encode
 from rosproto.watchdog import LastCall, LastMessage, Watch, Watchdog
 from woosh_pure.connection.connection import Connection
 from woosh_pure.enums import TaskCommand
@@ -61,5 +61,5 @@ class WatchdogClient:
             watch.drop()
 
 
-def _last(topic: str, message: Any) -> LastMessage:
+def _last(topic: str, message: Message) -> LastMessage:
     return LastMessage(topic, message._type, message._full_text, encode(message))

@@ -1,12 +1,12 @@
 """Messages to values, one function per type; `to_value` finds the right one by topic or type.
 
-Messages are anything with the right attributes: this file imports no message class.
+Messages are anything with the right attributes: at run time this file imports no message class.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from woosh_pure.enums import (
     ActionState,
@@ -24,8 +24,11 @@ from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.values import state as v
 from woosh_pure.values.messages import pose_of
 
+if TYPE_CHECKING:
+    from rosproto.codec import DynamicMessage
 
-def stamp_of(message: Any) -> float | None:
+
+def stamp_of(message: object) -> float | None:
     """The message's own stamp in s since 1970; None when it has no header or an empty stamp."""
     header = getattr(message, "header", None)
     stamp = getattr(header, "stamp", None)
@@ -34,7 +37,7 @@ def stamp_of(message: Any) -> float | None:
     return float(stamp.secs) + float(stamp.nsecs) * 1e-9
 
 
-def _robot_status(m: Any) -> v.RobotStatus:
+def _robot_status(m: DynamicMessage) -> v.RobotStatus:
     return v.RobotStatus(
         m.task_id,
         TaskType(m.task_type),
@@ -51,7 +54,7 @@ def _robot_status(m: Any) -> v.RobotStatus:
     )
 
 
-def _battery(m: Any) -> v.Battery:
+def _battery(m: DynamicMessage) -> v.Battery:
     return v.Battery(
         percent=m.batteryPercentage,
         charge_mode=ChargeMode(m.chargeMode),
@@ -73,7 +76,7 @@ def _battery(m: Any) -> v.Battery:
     )
 
 
-def _bms(m: Any) -> v.Bms:
+def _bms(m: DynamicMessage) -> v.Bms:
     return v.Bms(
         m.BMSStatus,
         m.current,
@@ -89,7 +92,7 @@ def _bms(m: Any) -> v.Bms:
     )
 
 
-def _parameters(m: Any) -> v.Parameters:
+def _parameters(m: DynamicMessage) -> v.Parameters:
     return v.Parameters(
         wheel_perimeter=m.wheelPerimeter,
         wheel_distance=m.wheelDistant,
@@ -106,33 +109,33 @@ def _parameters(m: Any) -> v.Parameters:
     )
 
 
-def _information(m: Any) -> v.Information:
+def _information(m: DynamicMessage) -> v.Information:
     return v.Information(
         m.hardwareVersion, m.softwareVersion, m.IAPSoftwareVersion, m.movebaseType, _parameters(m.parameter)
     )
 
 
-def _pose2d(m: Any) -> Pose2D:
+def _pose2d(m: DynamicMessage) -> Pose2D:
     return Pose2D(m.x, m.y, m.theta)
 
 
-def _pose_estimate(m: Any) -> v.PoseEstimate:
+def _pose_estimate(m: DynamicMessage) -> v.PoseEstimate:
     import numpy as np
 
     covariance = np.asarray(m.pose.covariance, dtype=np.float64).reshape(6, 6)
     return v.PoseEstimate(pose_of(m.pose.pose, m.header.frame_id or "map"), covariance)
 
 
-def _twist(m: Any) -> Velocity:
+def _twist(m: DynamicMessage) -> Velocity:
     return Velocity(m.linear.x, m.linear.y, m.angular.z)
 
 
-def _odometry(m: Any) -> v.Odometry:
+def _odometry(m: DynamicMessage) -> v.Odometry:
     pose = pose_of(m.pose.pose, m.header.frame_id or "odom", m.child_frame_id or "base_link")
     return v.Odometry(pose, _twist(m.twist.twist))
 
 
-def _scan(m: Any) -> v.LaserScan:
+def _scan(m: DynamicMessage) -> v.LaserScan:
     import numpy as np
 
     return v.LaserScan(
@@ -146,20 +149,20 @@ def _scan(m: Any) -> v.LaserScan:
     )
 
 
-def _imu(m: Any) -> v.Imu:
+def _imu(m: DynamicMessage) -> v.Imu:
     q, w, a = m.orientation, m.angular_velocity, m.linear_acceleration
     # sensor_msgs/Imu: a first covariance of -1 says that the sensor has no orientation.
     orientation = None if m.orientation_covariance[0] == -1 else (q.x, q.y, q.z, q.w)
     return v.Imu(orientation, (w.x, w.y, w.z), (a.x, a.y, a.z), m.header.frame_id)
 
 
-def _image(m: Any) -> v.Image:
+def _image(m: DynamicMessage) -> v.Image:
     from rosproto.numeric import image_to_array
 
     return v.Image(image_to_array(m), m.encoding, m.header.frame_id)
 
 
-def _cloud(m: Any) -> v.PointCloud:
+def _cloud(m: DynamicMessage) -> v.PointCloud:
     import numpy as np
 
     from rosproto.numeric import cloud_to_points
@@ -167,15 +170,15 @@ def _cloud(m: Any) -> v.PointCloud:
     return v.PointCloud(cloud_to_points(m).astype(np.float32, copy=False), m.header.frame_id)
 
 
-def _status_code(m: Any) -> StatusCode:
+def _status_code(m: DynamicMessage) -> StatusCode:
     return decode_status_code(m.data)
 
 
-def _data(m: Any) -> Any:
+def _data(m: DynamicMessage) -> Any:
     return m.data
 
 
-_BY_TYPE: dict[str, Callable[[Any], Any]] = {
+_BY_TYPE: dict[str, Callable[[DynamicMessage], Any]] = {
     "woosh_msgs/RobotStatus": _robot_status,
     "woosh_msgs/Battery": _battery,
     "woosh_msgs/BMS": _bms,

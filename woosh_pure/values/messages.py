@@ -6,19 +6,18 @@ import math
 from typing import Any
 
 import rosproto
+from rosproto.codec import DynamicMessage, ServiceType
 from rosproto.coercion import as_float
 from rosproto.sentence import say
 from woosh_pure.geometry import Footprint, Pose2D, Velocity, quaternion_from_yaw, yaw_from_quaternion
 
-# -- message classes by name, typed Any: their fields are made at run time, so no type checker can know them -
 
-
-def message_type(name: str) -> Any:
+def message_type(name: str) -> type[DynamicMessage]:
     """The class of a message type, "package/Type"."""
     return rosproto.message_class(name)
 
 
-def service_type(name: str) -> Any:
+def service_type(name: str) -> type[ServiceType]:
     """The class of a service type, "package/Type"."""
     return rosproto.service_class(name)
 
@@ -26,7 +25,7 @@ def service_type(name: str) -> Any:
 _LARGEST = 3.4e38
 
 
-def _new(name: str) -> Any:
+def _new(name: str) -> DynamicMessage:
     return message_type(name)()
 
 
@@ -55,7 +54,7 @@ def require_finite(value: Any, what: str) -> Any:
     return value
 
 
-def pose_message(pose: Pose2D) -> Any:
+def pose_message(pose: Pose2D) -> DynamicMessage:
     """geometry_msgs/Pose, z 0."""
     pose.require_sensible()
     message = _new("geometry_msgs/Pose")
@@ -65,7 +64,7 @@ def pose_message(pose: Pose2D) -> Any:
     return message
 
 
-def stamped_pose(pose: Pose2D) -> Any:
+def stamped_pose(pose: Pose2D) -> DynamicMessage:
     """geometry_msgs/PoseStamped in the pose's frame, with stamp zero.
 
     The robot takes the newest transform for it. At a time of this computer's clock it may have none.
@@ -76,7 +75,7 @@ def stamped_pose(pose: Pose2D) -> Any:
     return message
 
 
-def pose_with_covariance(pose: Pose2D, *, position_deviation: float, yaw_deviation: float) -> Any:
+def pose_with_covariance(pose: Pose2D, *, position_deviation: float, yaw_deviation: float) -> DynamicMessage:
     """geometry_msgs/PoseWithCovarianceStamped with stamp zero; deviations (1 sigma) in m and rad."""
     position_deviation, yaw_deviation = as_float(position_deviation), as_float(yaw_deviation)
     for value in (position_deviation, yaw_deviation):
@@ -92,14 +91,14 @@ def pose_with_covariance(pose: Pose2D, *, position_deviation: float, yaw_deviati
     return message
 
 
-def twist(velocity: Velocity) -> Any:
+def twist(velocity: Velocity) -> DynamicMessage:
     """geometry_msgs/Twist."""
     message = _new("geometry_msgs/Twist")
     message.linear.x, message.linear.y, message.angular.z = velocity.vx, velocity.vy, velocity.wz
     return message
 
 
-def polygon(footprint: Footprint) -> Any:
+def polygon(footprint: Footprint) -> DynamicMessage:
     """geometry_msgs/Polygon."""
     message = _new("geometry_msgs/Polygon")
     point = message_type("geometry_msgs/Point32")
@@ -107,7 +106,7 @@ def polygon(footprint: Footprint) -> Any:
     return message
 
 
-def pose_of(pose: Any, frame: str, child: str = "base_link") -> Pose2D:
+def pose_of(pose: DynamicMessage, frame: str, child: str = "base_link") -> Pose2D:
     """geometry_msgs/Pose to a `Pose2D`; height, roll and pitch are left out."""
     q = pose.orientation
     return Pose2D(
