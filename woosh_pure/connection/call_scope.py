@@ -12,22 +12,18 @@ import threading
 from collections.abc import Callable
 from contextvars import ContextVar, Token
 from types import TracebackType
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from rosproto.logs import get_logger
 from rosproto.node import Cancellation
 from rosproto.sentence import say
 from woosh_pure.errors import MotionRefused
 
+if TYPE_CHECKING:
+    from woosh_pure.stopping.active_motions import ActiveMotions
+
 logger = get_logger("woosh_pure.aio")
 _here: ContextVar[CallScope | None] = ContextVar("call_scope", default=None)
-
-
-class CountsStops(Protocol):
-    """The part of `woosh_pure.stopping.active_motions.ActiveMotions` that a scope uses."""
-
-    @property
-    def stops(self) -> int: ...
 
 
 class CallScope:
@@ -44,7 +40,7 @@ class CallScope:
         calling: Ends the service call that is waiting for its reply.
     """
 
-    def __init__(self, motions: CountsStops | None = None, stops: int = 0) -> None:
+    def __init__(self, motions: ActiveMotions | None = None, stops: int = 0) -> None:
         self.motions, self.stops = motions, stops
         self.things: list[object] = []
         self.calling = Cancellation()

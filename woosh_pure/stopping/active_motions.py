@@ -18,14 +18,13 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import decoder
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import advice, say
 from woosh_pure.connection.call_scope import CallScope, current
-from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.errors import MotionRefused
 from woosh_pure.interface.table import row
@@ -35,67 +34,16 @@ from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop_executor import Job, StopExecutor, begin
 from woosh_pure.values.messages import message_type, service_type
 
+if TYPE_CHECKING:
+    from woosh_pure.motion.motion import Motion
+    from woosh_pure.velocity.drive import Drive
+
 logger = get_logger("woosh_pure.components")
 _JUST = 5.0  # seconds
 _WRITTEN = 0.5  # seconds for the first round, before the slow steps
 _EXIT_SECONDS, _CHORE_SECONDS, _CANCEL_SECONDS = 8.0, 3.0, 10.0
 _EXIT_CALLS = 32
 """How often `_at_exit` is registered: when an interrupt ends one call, the next one goes on waiting."""
-
-
-class StoppableKind(Protocol):
-    """The part of `woosh_pure.motion.motion.MotionKind` that stopping uses."""
-
-    @property
-    def drives(self) -> Callable[[], bool]: ...
-
-    @property
-    def task_id(self) -> int: ...
-
-    @property
-    def server(self) -> str: ...
-
-
-class OwnMotion(Stoppable, Protocol):
-    """The part of `woosh_pure.motion.motion.Motion` that stopping uses."""
-
-    description: str
-    let_go: float | None
-    replaced_by: str
-
-    @property
-    def kind(self) -> StoppableKind: ...
-
-    @property
-    def holds_the_base(self) -> bool: ...
-
-    @property
-    def gone(self) -> bool: ...
-
-    @property
-    def done(self) -> bool: ...
-
-    @property
-    def final_message(self) -> FinalMessage | None: ...
-
-    def end(self, timeout: float, why: str) -> Outcome: ...
-
-
-class OwnDrive(Stoppable, Protocol):
-    """The part of `woosh_pure.velocity.drive.Drive` that stopping uses."""
-
-    @property
-    def finished(self) -> bool:
-        """True when it is over and its zeros have been sent."""
-
-    def halt(self, why: str) -> None:
-        """End it; zero follows at once."""
-
-    def finish(self) -> None:
-        """Wait, with a bound, until the zeros have been sent."""
-
-    def abandon(self) -> None:
-        """`halt` and `finish`, for a caller that no longer exists."""
 
 
 class ActiveMotions:
@@ -133,11 +81,11 @@ class ActiveMotions:
         self._exit = Job(self._end_at_exit, _EXIT_SECONDS)
         self._pid = os.getpid()
         self._lock = threading.RLock()
-        self._goals: tuple[OwnMotion, ...] = ()
-        self._drives: tuple[OwnDrive, ...] = ()
+        self._goals: tuple[Motion, ...] = ()
+        self._drives: tuple[Drive, ...] = ()
 
     @property
-    def goals(self) -> list[OwnMotion]:
+    def goals(self) -> list[Motion]:
         """The goals under way."""
         return [goal for goal in self._goals if not goal.gone]
 
@@ -146,7 +94,7 @@ class ActiveMotions:
         return {goal.kind.task_id for goal in self.goals if goal.kind.task_id}
 
     @property
-    def drives(self) -> list[OwnDrive]:
+    def drives(self) -> list[Drive]:
         """The velocity blocks that are open or have not sent their last zeros yet."""
         return list(self._drives)
 
@@ -281,7 +229,7 @@ class ActiveMotions:
                 )
             )
 
-    def require_alone(self, goal: OwnMotion) -> None:
+    def require_alone(self, goal: Motion) -> None:
         """Check that nothing else of this Chassis moves the base, before a goal continues.
 
         Raises:
@@ -290,7 +238,7 @@ class ActiveMotions:
         self.require_free_base(goal.description)
         self._make_way(goal, self._others(goal), check=True, replace=False)
 
-    def add_goal(self, goal: OwnMotion, since: int, *, check: bool = True, replace: bool = False) -> None:
+    def add_goal(self, goal: Motion, since: int, *, check: bool = True, replace: bool = False) -> None:
         """Add a goal that is about to be sent.
 
         Args:
@@ -325,10 +273,10 @@ class ActiveMotions:
                 raise
         self._immediate_stop.start()  # from now on it checks every second
 
-    def _others(self, goal: OwnMotion) -> list[OwnMotion]:
+    def _others(self, goal: Motion) -> list[Motion]:
         return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
 
-    def _make_way(self, goal: OwnMotion, others: list[OwnMotion], *, check: bool, replace: bool) -> None:
+    def _make_way(self, goal: Motion, others: list[Motion], *, check: bool, replace: bool) -> None:
         """Refuse a goal while others of ours move the base, or end those."""
         if others and check and not replace:
             raise MotionRefused(
@@ -346,7 +294,7 @@ class ActiveMotions:
             if replace and not (other.kind.server and other.kind.server == goal.kind.server):
                 self._end_replaced(other)
 
-    def end(self, goal: OwnMotion, timeout: float, why: str = "cancel() was called") -> Outcome:
+    def end(self, goal: Motion, timeout: float, why: str = "cancel() was called") -> Outcome:
         """End one goal. Ctrl-C does not interrupt this; KeyboardInterrupt is raised afterwards.
 
         Raises:
@@ -354,7 +302,7 @@ class ActiveMotions:
         """
         return self.executor.do(lambda: goal.end(timeout, why), _CANCEL_SECONDS + 2.0 * timeout)
 
-    def _end_replaced(self, other: OwnMotion) -> None:
+    def _end_replaced(self, other: Motion) -> None:
         try:
             self.executor.do(lambda: other.end(3.0, "replaced"), 10.0)
         except RosError as error:
@@ -367,13 +315,13 @@ class ActiveMotions:
                 )
             ) from error
 
-    def forget_replacing(self, goal: OwnMotion) -> None:
+    def forget_replacing(self, goal: Motion) -> None:
         """Undo `replaced_by` when the replacing goal was not sent: the others continue."""
         for other in self.goals:
             if other.replaced_by == goal.description:
                 other.replaced_by = ""
 
-    def take_goals(self) -> list[OwnMotion]:
+    def take_goals(self) -> list[Motion]:
         """Return the goals to cancel: those under way, and, once, those that were just let go."""
         taken = [goal for goal in self._goals if not goal.gone or _just_let_go(goal)]
         for goal in taken:
@@ -385,7 +333,7 @@ class ActiveMotions:
         """Whether a goal was cancelled in the last seconds because its wait was interrupted."""
         return any(map(_just_let_go, self._goals))
 
-    def add_drive(self, drive: OwnDrive, since: int, *, check: bool = True) -> None:
+    def add_drive(self, drive: Drive, since: int, *, check: bool = True) -> None:
         """Add a drive that is about to open; only one can be open.
 
         Args:
@@ -423,7 +371,7 @@ class ActiveMotions:
                 raise
         self._immediate_stop.start()
 
-    def remove_drive(self, drive: OwnDrive) -> None:
+    def remove_drive(self, drive: Drive) -> None:
         """Remove an ended drive."""
         if drive in self._drives:
             self._drives = ()
@@ -485,11 +433,11 @@ def _report_ahead() -> StopReport:
     return StopReport(problems=[text])
 
 
-def _just_let_go(goal: OwnMotion) -> bool:
+def _just_let_go(goal: Motion) -> bool:
     return goal.let_go is not None and time.monotonic() - goal.let_go < _JUST
 
 
-def cancel_goals(goals: Sequence[OwnMotion], report: StopReport, timeout: float, why: str) -> None:
+def cancel_goals(goals: Sequence[Motion], report: StopReport, timeout: float, why: str) -> None:
     """Cancel goals that this client started, all at the same time.
 
     Args:
@@ -509,7 +457,7 @@ def cancel_goals(goals: Sequence[OwnMotion], report: StopReport, timeout: float,
             report.problems.append(say("cancelling {goal} (no answer yet)", goal=goal.description))
 
 
-def _cancel(goal: OwnMotion, report: StopReport, timeout: float, why: str) -> None:
+def _cancel(goal: Motion, report: StopReport, timeout: float, why: str) -> None:
     try:
         outcome = goal.end(timeout, why)
         if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:
