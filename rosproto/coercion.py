@@ -43,7 +43,7 @@ def as_float(value: SupportsFloat | None) -> float | None:
     except ValueError:  # only Decimal's signalling NaN
         return math.nan
     except TypeError:
-        raise TypeError(f"{value!r} is no number; expected one, such as 0.5") from None
+        raise TypeError(f"{value!r} is not a number; expected one, such as 0.5") from None
 
 
 def whole(value: object) -> int | None:

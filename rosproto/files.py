@@ -36,7 +36,7 @@ def read_text(path: str | os.PathLike[str], encoding: str = "utf-8", most: int =
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It has more than `most` bytes, does not end, or is no text.
+        ValueError: It has more than `most` bytes, does not end, or is not text.
     """
     text = read_file(path, most).decode(encoding)
     return text.replace("\r\n", "\n").replace("\r", "\n")

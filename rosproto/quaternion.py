@@ -68,7 +68,7 @@ def normalized(q: Quaternion) -> Quaternion:
     """
     length = math.sqrt(_dot(q, q))
     if not (length > 0 and math.isfinite(length)):
-        raise ValueError(f"{q} is no rotation")
+        raise ValueError(f"{q} is not a rotation")
     return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
 
 

@@ -129,7 +129,7 @@ def both(first: str, *more: str) -> Sentence:
 
 
 def led(head: str, tail: str) -> Sentence:
-    """Put a subject in front of a sentence: `head: tail`. A head that is no `Sentence` is a name or place."""
+    """Put a subject in front of a sentence: `head: tail`. A plain `str` as head is a name or place."""
     if isinstance(head, Sentence):
         return say("{head}: {tail}", head=head, tail=say(tail))
     return say("{place}: {tail}", place=head, tail=say(tail))

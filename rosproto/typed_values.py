@@ -221,7 +221,7 @@ def angle_loader(yaml: Any, wrong: Callable[[str, Any], Exception]) -> Any:
 
     Args:
         yaml: PyYAML.
-        wrong: Returns the error for what is no angle; called with the unit and the node of the text.
+        wrong: Returns the error for what is not an angle; called with the unit and the node of the text.
     """
 
     class Loader(yaml.SafeLoader):  # type: ignore[misc]
@@ -250,7 +250,7 @@ def expression_tree(text: str) -> ast.expr:
     """Parse a Python expression, without Python's warnings about its style (`1if x else 2`).
 
     Raises:
-        SyntaxError, ValueError, RecursionError, MemoryError: The text is no Python expression, or too deep.
+        SyntaxError, ValueError, RecursionError, MemoryError: The text is not a Python expression or too deep.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

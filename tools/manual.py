@@ -73,7 +73,7 @@ A chassis is chosen by `--chassis HOST`, `--master URI`, `$ROS_MASTER_URI`, or t
 `woosh connect HOST`, in this order; `--sim` starts a simulated one for the command. With `--json` facts and
 errors are one JSON document (`watch` and `imu -n`: one per line). Colours appear only on a terminal
 and not when `$NO_COLOR` is set. Ctrl-C stops what the command has started, and says whether the robot
-stands still. This is no emergency stop: keep the red button in reach.
+stands still. This is not an emergency stop: keep the red button in reach.
 
 Poses are metres and degrees in the map, counter-clockwise positive.
 """

@@ -282,7 +282,7 @@ def tables(page: str) -> list[list[tuple[list[str], str]]]:
 def names(text: str) -> list[str]:
     """Texts in backquotes, sorted, because the order of words differs.
 
-    A text of a program in Chinese is no name: it has another one on the English page.
+    A text of a program in Chinese is not a name: it has another one on the English page.
     """
     return sorted(name for name in re.findall(r"`([^`]+)`", text) if not re.search("[一-鿿]", name))
 

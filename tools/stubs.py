@@ -257,7 +257,7 @@ def main(arguments: list[str]) -> int:
 
 def _read(file: str) -> str | None:
     try:
-        with open(file, encoding="utf-8") as source:  # line ends of a Windows check-out are no change
+        with open(file, encoding="utf-8") as source:  # line ends of a Windows check-out are not a change
             return source.read()
     except OSError:
         return None

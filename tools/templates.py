@@ -70,7 +70,7 @@ NOT_FOR_PEOPLE = {
     "as the system says": "a representation",
     "woosh: the robot is to stop": "a reason that is told to another program",
     "Drive a Woosh chassis, or the simulated one.": "help",
-    "Stopping by this program is no emergency stop: keep the red button in reach. ": "help",
+    "Stopping by this program is not an emergency stop: keep the red button in reach. ": "help",
 }
 FROM_ARGPARSE = {"expected one argument", "expected at least one argument"}
 _SAYING = {"say", "advice", "both", "led"}
@@ -112,7 +112,7 @@ class Said(NamedTuple):
 def english_left(text: str) -> str:
     """A run of three English words or more in a text for people; "" when there is none.
 
-    Commands in backquotes, options, paths, addresses, quoted words, places and names in code are no English.
+    Commands in backquotes, options, paths, addresses, quoted words, places and names in code are not English.
     """
     found = _WORDS.search(_QUOTED.sub("·", text))
     return found[0] if found else ""

@@ -63,7 +63,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
     Moving: `go_to_mark`, `park`, `charge`, `carry`, `task`; `go_to`, `follow`; `move`, `rotate`, `strafe`,
     `steps`; `action` for lifts and docks. Each returns a handle; `handle.wait()` raises unless it arrived.
     Driving by velocity: `with chassis.velocity(bypasses_protection=True) as drive:`.
-    Stopping: `stop`, from anywhere. It is no emergency stop.
+    Stopping: `stop`, from anywhere. It is not an emergency stop.
     All else: `set_pose`, `get_map`, `plan`, `set_footprint`, `set_navigation_mode`, `light`, `say` ...
 
     Args:
@@ -79,7 +79,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
             not given and cannot be resolved is replaced by the master's host; this is logged.
         watchdog: True starts a small process (20 MB) that sends zero and cancels the motions of this object
             when the program is killed, or does not run for 0.8 s; with `leave_running` goals continue. A
-            `rosproto.watchdog.Watchdog` can be shared by several. It is no emergency stop.
+            `rosproto.watchdog.Watchdog` can be shared by several. It is not an emergency stop.
 
     Raises:
         ValueError: There is no address, or `address`, `timeout` or `resolve` is invalid.

@@ -184,7 +184,7 @@ class Peripherals:
         if not hasattr(grid, "cells"):
             raise TypeError(
                 say(
-                    "{name} is no map; give a GridMap, for example of GridMap.load(...)",
+                    "{name} is not a map; give a GridMap, for example of GridMap.load(...)",
                     name=type(grid).__name__,
                 )
             )

@@ -62,7 +62,7 @@ def action_type(action: type[Message] | str, revisions: KnownDefinitions | None 
         )
     except AttributeError:
         raise DefinitionError(
-            f"{cls._type} is no action: it has no action_goal, action_result and action_feedback; "
+            f"{cls._type} is not an action: it has no action_goal, action_result and action_feedback; "
             "give the FooAction class, not its goal"
         ) from None
 

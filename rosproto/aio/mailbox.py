@@ -25,7 +25,7 @@ class Mailbox(Generic[T]):
     """A queue filled from any thread and emptied in the loop that it was created in.
 
     Attributes:
-        size: Most items; beyond it the oldest is dropped. 0 is no limit.
+        size: Most items; beyond it the oldest is dropped. 0 means no limit.
         dropped: Number of dropped items.
     """
 

@@ -1,6 +1,6 @@
 """Threads for blocking calls, shared by all calls of one asyncio node.
 
-Differences from `asyncio.to_thread`: its threads are no daemons, so a call that hangs keeps the process from
+Differences from `asyncio.to_thread`: its threads are not daemons, so a call that hangs keeps the process from
 ending; it cannot notify the call that its awaiter was cancelled; and an object that the call opens for a
 cancelled task stays open. Here such an object is returned or closed, and closing always completes (`always`).
 """

@@ -15,7 +15,7 @@ from rosproto.node import Subscriber as ThreadedSubscriber
 
 
 class Publisher:
-    """A publisher; `publish` does not block and so is no coroutine.
+    """A publisher; `publish` does not block and so is not a coroutine.
 
     Attributes:
         publisher: The wrapped threaded publisher: `topic`, `type_name`, `md5sum`, `stats()`.

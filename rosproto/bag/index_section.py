@@ -48,7 +48,7 @@ def open_index(source: BagFile) -> BagIndex:
         source: The file.
 
     Raises:
-        BagError: The file is no bag, or is of version 1 or encrypted.
+        BagError: The file is not a bag, or is of version 1 or encrypted.
     """
     version, start = _read_version(source)
     found = _open_behind(source, start)

@@ -99,11 +99,11 @@ def partitions(
         size: Bytes in the file at which a piece is complete; a chunk is never split.
         fields: Fields to read; see `BagReader.to_arrow`.
         damaged: "raise" at a damaged chunk, or "skip" it. With "skip", a file from a folder or pattern
-            that is no recording is left out with a warning in the log.
+            that is not a recording is left out with a warning in the log.
         limits: Limits for reading each file.
 
     Raises:
-        BagError: A file cannot be opened or is no recording; nothing is named or matches; none has these
+        BagError: A file cannot be opened or is not a recording; nothing is named or matches; none has these
             topics; a scan, in place of a missing index, found that messages are missing (not with
             `damaged="skip"`).
         ValueError: `size` or `damaged` is out of range.

@@ -63,7 +63,7 @@ class BagReader:
         scanning: Called from time to time during such a scan with the bytes done and the total.
 
     Raises:
-        BagError: It cannot be opened, is no bag, is of version 1, or is encrypted.
+        BagError: It cannot be opened, is not a bag, is of version 1, or is encrypted.
 
     Attributes:
         path: Path of the file, None when there is none.

@@ -63,7 +63,7 @@ def decode_fields(data: bytes | memoryview, start: int, end: int) -> dict[str, b
         end: First byte after the header.
 
     Raises:
-        BagError: The bytes are no header.
+        BagError: The bytes are not a header.
     """
     fields: dict[str, bytes] = {}
     at = start

@@ -52,7 +52,7 @@ def reindex(path: File, *, scanning: Scanning | None = None) -> Report:
         scanning: Called from time to time during the scan with the bytes done and the total.
 
     Raises:
-        BagError: It is no bag; or it is damaged before its end (use `recover`, which writes a new one); or
+        BagError: It is not a bag; or it is damaged before its end (use `recover`, which writes a new one); or
             there is no room for the index.
     """
     if isinstance(path, str) and is_remote(path):
@@ -184,7 +184,7 @@ def recover(
         scanning: Called from time to time during a scan with the bytes done and the total.
 
     Raises:
-        BagError: `path` is no bag, or `output` exists or cannot be written.
+        BagError: `path` is not a bag, or `output` exists or cannot be written.
     """
     if os.path.exists(output):
         raise BagError("exists already; choose another name", path=os.fspath(output))

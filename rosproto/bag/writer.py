@@ -83,7 +83,7 @@ class BagWriter:
         append: Continue an existing bag; its table of contents is rewritten on close.
 
     Raises:
-        BagError: The file cannot be opened; to append: it is no sound bag (run `reindex` first).
+        BagError: The file cannot be opened; to append: it is not a sound bag (run `reindex` first).
         ValueError: Unknown compression, or a chunk size out of range.
 
     Attributes:

@@ -123,7 +123,7 @@ def _split_remappings(words: list[str]) -> tuple[list[str], dict[str, str]]:
         raise ValueError("no bag to play; name one")
     for old, _, new in pairs:
         if not old or not new:
-            raise CommandError(f"{old}:={new} is no remapping: write /old:=/new")
+            raise CommandError(f"{old}:={new} is not a remapping: write /old:=/new")
     return paths, {_global(old): _global(new) for old, _, new in pairs}
 
 

@@ -115,7 +115,7 @@ class Progress:
         self._shown = width(text)
 
     def note(self, text: str) -> None:
-        """Print a line of its own, also where the stream is no terminal; nothing when quiet."""
+        """Print a line of its own, also where the stream is not a terminal; nothing when quiet."""
         if not self._quiet:
             print(text, file=self._stream, flush=True)
 

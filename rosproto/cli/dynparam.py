@@ -208,7 +208,7 @@ def _cast(kind: str, value: Any, name: str) -> Any:
             return str(value)
         return KINDS[kind](value)
     except (ValueError, TypeError, KeyError):
-        raise CommandError(f"{name}: {value!r} is no {kind}") from None
+        raise CommandError(f"{name}: {value!r} is not a valid {kind}") from None
 
 
 def _dump(arguments: argparse.Namespace) -> None:

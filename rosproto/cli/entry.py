@@ -32,7 +32,7 @@ MEANT = {
     **dict.fromkeys(("core", "roscore", "rosmaster"), "rosproto master"),
     "help": "rosproto --help",
 }
-"""What is meant by words that are no command."""
+"""What is meant by words that are not commands."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:

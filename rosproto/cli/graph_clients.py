@@ -28,7 +28,7 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
     """Open a client of the master, without registering a node.
 
     Raises:
-        ConnectionLost: The address is unreachable, does not answer, or is no master.
+        ConnectionLost: The address is unreachable, does not answer, or is not a master.
     """
     from .escaped_api import EscapedMasterClient
 

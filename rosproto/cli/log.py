@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _level(text: str) -> int:
     level = LEVELS.get(text.lower())
     if level is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is no level; one of: {', '.join(LEVELS)}")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a level; one of: {', '.join(LEVELS)}")
     return level
 
 
@@ -49,7 +49,7 @@ def _expression(text: str) -> re.Pattern[str]:
     try:
         return re.compile(text)
     except re.error as error:
-        raise argparse.ArgumentTypeError(f"{text!r} is no regular expression: {error}") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is not a regular expression: {error}") from None
 
 
 def _echo_arguments(parser: argparse.ArgumentParser) -> None:

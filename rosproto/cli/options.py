@@ -104,7 +104,7 @@ def port(text: str) -> int:
     """Parse a TCP port; 0 lets the system choose."""
     if _WHOLE.fullmatch(text) and text.isdigit() and int(text) <= 65535:
         return int(text)
-    raise argparse.ArgumentTypeError(say("{text} is no port (0 to 65535)", text=_shown(text)))
+    raise argparse.ArgumentTypeError(say("{text} is not a port (0 to 65535)", text=_shown(text)))
 
 
 def host(text: str) -> str:

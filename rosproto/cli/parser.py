@@ -47,7 +47,7 @@ class Parser(argparse.ArgumentParser):
 
     Attributes:
         examples: Commands to copy.
-        meant: Maps a word that is no choice to the probably intended command.
+        meant: Maps a word that is not a choice to the probably intended command.
     """
 
     examples: Sequence[str] = ()
@@ -125,7 +125,7 @@ class Parser(argparse.ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         shown = [str(choice) for choice in action.choices if not str(choice).startswith("_")]
-        wrong = say("{value!r} is no {noun}", value=value, noun=say(_noun(action)))
+        wrong = say("{value!r} is not a valid {noun}", value=value, noun=say(_noun(action)))
         if meant := self.meant.get(str(value)):
             raise argparse.ArgumentError(None, both(wrong, say("did you mean {names}?", names=f"`{meant}`")))
         raise argparse.ArgumentError(

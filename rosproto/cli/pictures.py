@@ -58,7 +58,7 @@ def write_picture(file: Path | None, form: str, writers: Mapping[str, Callable[[
     """
     if form in _BY_GRAPHVIZ:
         if file is None:
-            raise CommandError(f"{form} is no text for a terminal; give -o FILE.{form}")
+            raise CommandError(f"{form} is not text for a terminal; give -o FILE.{form}")
         write_file(file, _by_graphviz(writers["dot"](), form))
         return ""
     text = writers[form]()

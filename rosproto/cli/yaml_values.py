@@ -153,7 +153,7 @@ def _load_with_library(text: str, origin: str) -> Any:
     import yaml  # type: ignore[import-untyped]
 
     def wrong(unit: str, node: Any) -> Exception:
-        what = f"{node.value.strip()!r} is no angle: write a number, or a sum or product of numbers and pi"
+        what = f"{node.value.strip()!r} is not an angle: write a number, or a sum or product with pi"
         error: Exception = yaml.constructor.ConstructorError(None, None, what, node.start_mark)
         return error
 

@@ -104,7 +104,7 @@ def _value(kind: str, value: Any, now: Time | None, path: str, top: str, current
     if kind == "bool":
         if isinstance(value, (bool, int)):
             return bool(value)
-        raise _wrong(f"{value!r} is no bool: write true or false", path, top)
+        raise _wrong(f"{value!r} is not a bool: write true or false", path, top)
     if kind in INTEGERS or kind in FLOATS:
         return _number(kind, value, path, top)
     _fill(current, value, now, path, top)
@@ -115,7 +115,7 @@ def _array(base: str, value: Any, now: Time | None, path: str, top: str, owner: 
     if isinstance(value, (bytes, bytearray)):
         return bytes(value)
     if not isinstance(value, (list, tuple)) and not hasattr(value, "tolist"):
-        raise _wrong(f"{value!r} is no list, and {base}[] is asked for", path, top)
+        raise _wrong(f"{value!r} is not a list, and {base}[] is asked for", path, top)
     if base in INTEGERS or base in FLOATS:
         return [_number(base, item, f"{path}[{i}]", top) for i, item in enumerate(value)]
     library = owner._binding.library
@@ -132,7 +132,7 @@ def _number(kind: str, value: Any, path: str, top: str) -> int | float:
             return float(value)
     elif isinstance(value, int) or (isinstance(value, float) and value.is_integer()):
         return int(value)
-    raise _wrong(f"{value!r} is no {kind}", path, top)
+    raise _wrong(f"{value!r} is not a valid {kind}", path, top)
 
 
 def _string(value: Any, path: str, top: str) -> str:
@@ -140,7 +140,7 @@ def _string(value: Any, path: str, top: str) -> str:
         return value
     if isinstance(value, (int, float)):  # `frame_id: 1` typed without quotes
         return str(value)
-    raise _wrong(f"{value!r} is no string", path, top)
+    raise _wrong(f"{value!r} is not a string", path, top)
 
 
 def _time(cls: type[Time] | type[Duration], value: Any, now: Time | None, path: str, top: str) -> Any:
@@ -154,7 +154,7 @@ def _time(cls: type[Time] | type[Duration], value: Any, now: Time | None, path: 
         return cls.from_sec(value)
     if isinstance(value, TVal):
         return cls(value.secs, value.nsecs)
-    raise _wrong(f"{value!r} is no time: write {{secs: 1, nsecs: 0}}, seconds, or now", path, top)
+    raise _wrong(f"{value!r} is not a time: write {{secs: 1, nsecs: 0}}, seconds, or now", path, top)
 
 
 def _now(now: Time | None, path: str, top: str) -> Time:

@@ -36,7 +36,7 @@ def decode(cls: type[M], data: bytes | bytearray | memoryview) -> M:
 
     Raises:
         CodecError: Bytes and definition disagree, bytes are missing or left over; names field and offset.
-        TypeError: `data` is no buffer of bytes.
+        TypeError: `data` is not a buffer of bytes.
     """
     if type(data) is not bytes:
         data = memoryview(data).tobytes()

@@ -181,7 +181,7 @@ def resolve(spec: MessageSpec, library: DefinitionLibrary) -> Layout:
     """Resolve `spec` and all used types.
 
     Raises:
-        DefinitionError: A nested definition is missing, recursive or too large; a name is no identifier.
+        DefinitionError: A nested definition is missing, recursive or too large; a name is not an identifier.
     """
     return _resolve(spec, library, (), {})
 
@@ -218,10 +218,10 @@ def _resolve(
 
 
 def check_field_name(name: str, message: str) -> None:
-    """Refuse a field name that is no identifier; it becomes part of generated source.
+    """Refuse a field name that is not an identifier; it becomes part of generated source.
 
     Raises:
-        DefinitionError: The name is no identifier.
+        DefinitionError: The name is not an identifier.
     """
     if not _IDENTIFIER.fullmatch(name) or len(name) > 1024:
         raise DefinitionError(

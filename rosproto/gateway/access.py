@@ -224,7 +224,7 @@ def _parsed(pattern: str) -> tuple[tuple[str, ...], str]:
     if colon:
         if prefix not in _PREFIXES:
             raise ValueError(
-                f"pattern {pattern!r}: {prefix!r} is no kind; one of topic, service, action, param, node"
+                f"pattern {pattern!r}: {prefix!r} is not a kind; one of topic, service, action, param, node"
             )
         kinds, pattern = (_PREFIXES[prefix],), rest
     if not pattern:

@@ -20,7 +20,7 @@ SHORT_VALUES = 2000
 
 
 class JsonError(ValueError):
-    """The text is no JSON, or has too many values. The text of the error continues "the message"."""
+    """The text is not JSON, or has too many values. The text of the error continues "the message"."""
 
 
 def is_short(text: str | bytes) -> bool:
@@ -67,13 +67,13 @@ class JsonReader:
             most: The most values.
 
         Raises:
-            JsonError: It is no JSON, or has too many values.
+            JsonError: It is not JSON, or has too many values.
         """
         if not isinstance(text, str):
             try:
                 text = text.decode("utf-8")
             except UnicodeDecodeError as error:
-                raise JsonError(f"is no UTF-8 text: {error.reason} at byte {error.start}") from None
+                raise JsonError(f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
         values = _values_in(text)
         if values > self._most_values:
             raise JsonError(
@@ -101,7 +101,7 @@ class JsonReader:
         except JsonError:
             raise
         except ValueError as error:
-            raise JsonError(f"is no JSON: {_in_short(error)}") from None
+            raise JsonError(f"is not JSON: {_in_short(error)}") from None
         return found
 
     def _check_nesting(self, value: Any) -> None:

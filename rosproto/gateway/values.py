@@ -1,8 +1,8 @@
 """Converts messages to rosbridge's JSON, and values from clients to messages.
 
 Source: `rosbridge_library.internal.message_conversion` (rosbridge_suite, branch ros1). Valid values give the
-same result. A wrong value that the original accepts silently (text that is no base64, a number for a time, an
-array of another length) is an error here that names the field.
+same result. A wrong value that the original accepts silently (text that is not base64, a number for a time,
+an array of another length) is an error here that names the field.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class _Reader:
     """Reads one message."""
 
     def __init__(self, cls: type[Message], now: Time | None, seconds: str) -> None:
-        assert cls._binding is not None, f"{cls} is no type of messages"
+        assert cls._binding is not None, f"{cls} is not a type of messages"
         self.binding = cls._binding
         self.top = cls._type
         self.now = now

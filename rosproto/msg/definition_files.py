@@ -60,7 +60,7 @@ class FileTree:
 
 
 class ResourceTree:
-    """Data files of an importable package that is no plain folder: in a zip, or in a frozen program."""
+    """Data files of an importable package that is not a plain folder: in a zip, or in a frozen program."""
 
     def __init__(self, package: str) -> None:
         from importlib.resources import files  # takes 5 to 15 ms to import

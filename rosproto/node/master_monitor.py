@@ -109,7 +109,7 @@ class MasterMonitor:
             if self._context.lifecycle.closed:
                 return
             try:
-                self._notice_sleep(pause + took)  # waiting for a slow master is no sleep
+                self._notice_sleep(pause + took)  # waiting for a slow master is not a sleep
                 begun = time.monotonic()
                 pause = self._look()
                 took = time.monotonic() - begun

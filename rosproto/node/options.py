@@ -26,7 +26,7 @@ def node_name(name: str, namespace: str, anonymous: bool) -> str:
     )
     if name.startswith("~") or resolved == "/" or not names.is_legal_name(resolved):
         raise ValueError(
-            f"{name!r} is no node name; expected something like '/laptop': an ASCII letter or `/`, then"
+            f"{name!r} is not a node name; expected something like '/laptop': an ASCII letter or `/`, then"
             " letters, digits, `_` or `/`"
         )
     if anonymous:

@@ -5,7 +5,7 @@ rosmaster paramserver.py `compute_param_updates` for details:
 
 * an update names the subscribed key or a key below it, often with a trailing slash;
 * a deleted parameter arrives as `{}`, the same as an empty namespace;
-* the node that set a value gets an update only sometimes, so equal values are no change.
+* the node that set a value gets an update only sometimes, so equal values are not a change.
 
 An update may arrive before the answer of its subscribeParam call. The answer is the older of the two, so
 updates that arrive meanwhile are kept and applied to it (`begin`, `start`).

@@ -86,7 +86,7 @@ class ParameterRegistration:
 
     def _subscribed(self, value: object) -> None:
         changes = self._params._cache.start(self.name, value)
-        if self._again:  # the first value is no change
+        if self._again:  # the first value is not a change
             self._params._tell(changes)
         self._again = True
 
@@ -366,6 +366,6 @@ def plain_value(value: Any, key: str) -> Any:
 def _plain_key(name: Any, key: str) -> str:
     if not isinstance(name, str) or not name or "/" in name:
         raise ValueError(
-            f"parameter {key}: {name!r} is no key; keys are strings without '/', nest dicts instead"
+            f"parameter {key}: {name!r} is not a key; keys are strings without '/', nest dicts instead"
         )
     return name

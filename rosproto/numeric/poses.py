@@ -21,7 +21,7 @@ def _unit(quaternion: Any) -> tuple[float, float, float, float]:
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if not math.isfinite(length) or length < 1e-9:
         raise ValueError(
-            f"quaternion ({x}, {y}, {z}, {w}) is no rotation; one that turns nothing has w = 1, "
+            f"quaternion ({x}, {y}, {z}, {w}) is not a rotation; one that turns nothing has w = 1, "
             "a new message has w = 0"
         )
     return rotation.normalized((x, y, z, w))
@@ -40,7 +40,7 @@ def matrix_to_quaternion(matrix: NDArray[Any]) -> Any:
     """A geometry_msgs/Quaternion, w >= 0, of the rotation in a (3, 3) or (4, 4) matrix.
 
     Raises:
-        ValueError: The shape is wrong, or the matrix is no rotation.
+        ValueError: The shape is wrong, or the matrix is not a rotation.
     """
     q = rotation.from_matrix(_rotation(matrix).tolist())
     sign = -1.0 if q[3] < 0 else 1.0
@@ -54,7 +54,7 @@ def _rotation(matrix: NDArray[Any]) -> NDArray[np.float64]:
         raise ValueError(f"a (3, 3) or (4, 4) matrix is expected, not {matrix.shape}")
     turn = matrix[:3, :3]
     if not np.allclose(turn @ turn.T, np.eye(3), atol=1e-4) or np.linalg.det(turn) < 0:
-        raise ValueError("the matrix is no rotation: columns must be orthogonal, of length 1, right-handed")
+        raise ValueError("the matrix is not a rotation: its columns are not orthonormal and right-handed")
     return turn
 
 
@@ -65,7 +65,7 @@ def pose_to_matrix(pose: Any) -> NDArray[np.float64]:
     A. For a TransformStamped, A is its header.frame_id and B its child_frame_id.
 
     Raises:
-        ValueError: The orientation is no rotation.
+        ValueError: The orientation is not a rotation.
     """
     where = pose.position if hasattr(pose, "position") else pose.translation
     turned = pose.orientation if hasattr(pose, "orientation") else pose.rotation
@@ -79,7 +79,7 @@ def matrix_to_pose(matrix: NDArray[Any]) -> Any:
     """The geometry_msgs/Pose of a (4, 4) matrix; the inverse of `pose_to_matrix`.
 
     Raises:
-        ValueError: It is no rigid transform.
+        ValueError: It is not a rigid transform.
     """
     point = message_class("geometry_msgs/Point")(*_translation(matrix))
     return message_class("geometry_msgs/Pose")(position=point, orientation=matrix_to_quaternion(matrix))
@@ -89,7 +89,7 @@ def matrix_to_transform(matrix: NDArray[Any]) -> Any:
     """The geometry_msgs/Transform of a (4, 4) matrix; the inverse of `pose_to_matrix`.
 
     Raises:
-        ValueError: It is no rigid transform.
+        ValueError: It is not a rigid transform.
     """
     vector = message_class("geometry_msgs/Vector3")(*_translation(matrix))
     return message_class("geometry_msgs/Transform")(translation=vector, rotation=matrix_to_quaternion(matrix))
@@ -107,7 +107,7 @@ def quaternion_to_yaw(quaternion: Any) -> float:
     """Rotation about z in radians, counter-clockwise positive, -pi..pi (the yaw of roll-pitch-yaw).
 
     Raises:
-        ValueError: The quaternion is no rotation.
+        ValueError: The quaternion is not a rotation.
     """
     return rotation.yaw_of(_unit(quaternion))
 

@@ -21,7 +21,7 @@ def encode_header(fields: Mapping[str, str]) -> bytes:
     escapes by which `decode_header` represents bytes that are not UTF-8.
 
     Raises:
-        LocalProtocolError: A key is empty or contains `=`, or a key or value is no text.
+        LocalProtocolError: A key is empty or contains `=`, or a key or value is not text.
     """
     parts = [_encode_field(key, fields[key]) for key in sorted(fields)]
     body = b"".join(parts)

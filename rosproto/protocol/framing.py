@@ -205,7 +205,7 @@ class FrameDecoder:
         return large
 
     def take(self, size: int) -> bytes | None:
-        """Take out `size` bytes that are no frame (a service's ok byte); None while they are incomplete."""
+        """Take out `size` bytes that are not a frame (a service's ok byte); None while incomplete."""
         if self._end - self._start < size:
             return None
         taken = bytes(self._view[self._start : self._start + size])

@@ -173,7 +173,7 @@ class _Connection:
         elif length is None:
             head.length = self._no_length(head)
         elif not (length.isascii() and length.isdigit() and len(length) <= 20):
-            raise HttpStatusError(400, f"Content-Length {length[:40]!r} is no number")
+            raise HttpStatusError(400, f"Content-Length {length[:40]!r} is not a number")
         else:
             head.length = int(length)
             self._check_body(head.length)
@@ -217,7 +217,7 @@ class _Connection:
                 yield False
             digits = line.partition(b";")[0].strip()
             if not digits or len(digits) > 16 or digits.strip(b"0123456789abcdefABCDEF"):
-                raise HttpStatusError(400, f"chunk size {digits[:40]!r} is no hexadecimal number")
+                raise HttpStatusError(400, f"chunk size {digits[:40]!r} is not a hexadecimal number")
             size = int(digits, 16)
             self._check_body(len(self._body) + size)
             if size:
@@ -364,7 +364,7 @@ class HttpClientConnection(_Connection):
         """The next event, or None until more bytes are received.
 
         Raises:
-            RemoteProtocolError: The bytes are no HTTP response, or it was cut off.
+            RemoteProtocolError: The bytes are not an HTTP response, or it was cut off.
         """
         while True:
             head = self._read_head()
@@ -386,7 +386,7 @@ class HttpClientConnection(_Connection):
         if len(start) < 2 or start[0] not in ("HTTP/1.1", "HTTP/1.0") or len(start[1]) != 3:
             raise HttpStatusError(400, f"status line {' '.join(start)[:60]!r}, expected HTTP/1.1 200 OK")
         if not (start[1].isascii() and start[1].isdigit()):
-            raise HttpStatusError(400, f"status {start[1]!r} is no number")
+            raise HttpStatusError(400, f"status {start[1]!r} is not a number")
         head.version = start[0]
 
     def _no_length(self, head: _Head) -> int | None:

@@ -187,7 +187,7 @@ def _scalar(tag: str, text: str) -> object:
     try:
         return _SCALAR_READERS[tag](text)
     except (ValueError, Base64Error, KeyError) as error:
-        raise RemoteProtocolError(f"XML-RPC: <{tag}> holds {text[:40]!r}, which is no {tag}") from error
+        raise RemoteProtocolError(f"XML-RPC: <{tag}> holds {text[:40]!r}, not a valid {tag}") from error
 
 
 def _read_int(text: str) -> int:

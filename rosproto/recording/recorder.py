@@ -457,4 +457,4 @@ def _compiled(pattern: str) -> re.Pattern[str]:
     try:
         return re.compile(pattern)
     except re.error as problem:
-        raise ValueError(f"{pattern!r} is no regular expression: {problem}") from None
+        raise ValueError(f"{pattern!r} is not a regular expression: {problem}") from None

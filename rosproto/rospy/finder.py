@@ -132,7 +132,7 @@ def _spec_of_module(name: str, *folders: str) -> importlib.machinery.ModuleSpec 
     """The spec of a module in `modules/`, None when there is none of that name."""
     place = os.path.join(MODULES, *folders, *name.split(".")[:-1])
     spec = importlib.machinery.PathFinder.find_spec(name, [place])
-    return spec if spec is not None and spec.has_location else None  # without __init__.py it is no package
+    return spec if spec is not None and spec.has_location else None  # without __init__.py it is not a package
 
 
 def _has_definitions(package: str, kind: str) -> bool:
@@ -220,7 +220,7 @@ _ABSENT = {
     "urdf_parser_py": "it is pure Python: pip install urdf-parser-py",
 }
 _DEFINITIONS = (
-    "it is no package of this computer, and its definitions are not bundled. Give the folder that holds "
+    "it is not a package of this computer, and its definitions are not bundled. Give the folder that holds "
     "%s/msg/*.msg (rosproto run --msg-path FOLDER, or ROSPROTO_MSG_PATH), or put its generated code on "
     "PYTHONPATH"
 )

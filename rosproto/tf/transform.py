@@ -62,7 +62,7 @@ class Transform:
         """From a homogeneous (4, 4) matrix with an orthonormal rotation part.
 
         Raises:
-            ValueError: It is no rigid transform.
+            ValueError: It is not a rigid transform.
         """
         import numpy as np
 
@@ -71,7 +71,7 @@ class Transform:
             raise ValueError(f"expected a (4, 4) matrix with last row 0 0 0 1, got shape {values.shape}")
         turn = values[:3, :3]
         if not np.allclose(turn @ turn.T, np.eye(3), atol=1e-6) or np.linalg.det(turn) < 0:
-            raise ValueError("the upper left (3, 3) part is no rotation")
+            raise ValueError("the upper left (3, 3) part is not a rotation")
         x, y, z = values[:3, 3].tolist()
         rotation = quaternion.normalized(quaternion.from_matrix(turn.tolist()))
         return cls(target, source, (x, y, z), rotation, nanoseconds(stamp))

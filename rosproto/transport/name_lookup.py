@@ -41,7 +41,7 @@ def resolve(host: str, deadline: Deadline | None = None) -> list[str]:
 
 
 def _wrong_ipv4(host: str) -> str | None:
-    """Why a text of digits and dots is no address; None for a name.
+    """Why a text of digits and dots is not an address; None for a name.
 
     No name server is asked, since the last part of a name is never a number (RFC 3696, section 2). Short
     forms that some resolvers accept (127.1) are left to them.

@@ -177,7 +177,7 @@ def parse_host_names(texts: Iterable[str]) -> dict[str, str]:
             name, mark, address = part.partition("=")
             if not (mark and name and address):
                 raise ValueError(
-                    say("{text!r} is no NAME=IP; expected something like robot-7=169.254.128.2", text=part)
+                    say("{text!r} is not a NAME=IP; expected something like robot-7=169.254.128.2", text=part)
                 )
             found[_checked(name)] = _checked(address)
     return found
@@ -187,6 +187,6 @@ def _checked(host: str) -> str:
     bare = host.strip().strip("[]") if isinstance(host, str) else ""
     if not bare or any(c.isspace() or c in "/@=,;[]" for c in bare) or (":" in bare and not is_numeric(bare)):
         raise ValueError(
-            say("{text!r} is no host name or address; expected something like 169.254.128.2", text=host)
+            say("{text!r} is not a host name or address; expected something like 169.254.128.2", text=host)
         )
     return bare

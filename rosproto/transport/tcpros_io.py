@@ -88,7 +88,7 @@ def read_header(sock: socket.socket, limits: Limits, deadline: Deadline) -> dict
         ConnectionLost: The peer closed in the middle.
         RosTimeout: The deadline passed.
         TooLarge: `Limits.header_bytes`.
-        RemoteProtocolError: The bytes are no header.
+        RemoteProtocolError: The bytes are not a header.
     """
     doing = "read a connection header"
     frames = FrameDecoder(limits.header_bytes, "header_bytes")

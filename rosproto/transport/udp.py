@@ -16,7 +16,7 @@ def open_receiver(host: str) -> socket.socket:
     """Return a socket that receives datagrams on this address of ours, on a free port.
 
     Raises:
-        ConnectionLost: It is no address of this computer.
+        ConnectionLost: It is not an address of this computer.
     """
     address = resolve(host)[0]
     sock = _socket(address)

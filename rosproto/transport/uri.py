@@ -26,7 +26,9 @@ def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
     if not port:
         return host, default_port
     if not (port.isascii() and port.isdigit()) or len(port) > 5 or int(port) > 65535:
-        raise ValueError(say("URI {uri!r}: port {port!r} is no number from 0 to 65535", uri=uri, port=port))
+        raise ValueError(
+            say("URI {uri!r}: port {port!r} must be a number from 0 to 65535", uri=uri, port=port)
+        )
     return host, int(port)
 
 

@@ -83,7 +83,7 @@ class XmlRpcClient:
             MasterError: The server replied with a fault.
             ConnectionLost: It cannot be reached, or the connection broke.
             RosTimeout: The time-out passed.
-            RemoteProtocolError: The reply is no XML-RPC response.
+            RemoteProtocolError: The reply is not an XML-RPC response.
             LocalProtocolError: An argument cannot be sent.
         """
         deadline = Deadline(self.timeout if timeout is None else timeout, self._clock)

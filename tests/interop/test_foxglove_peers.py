@@ -228,7 +228,7 @@ def test_a_roscpp_robot(any_master: str, roscpp_peer: Path, type_name: str) -> N
             eventually(
                 lambda: any(link.topic == "/out" and link.connected for link in gateway.stats().links), 60
             )
-            publisher.publish(message)  # once: a picture is megabytes of JSON, and its pieces are no messages
+            publisher.publish(message)  # once: a picture is megabytes of JSON, and its pieces no messages
             (received,) = client.next("message", "/out", seconds=60.0)
         assert same(received, message), (received, message)
 
@@ -247,7 +247,7 @@ def same(theirs: Any, ours: Any) -> bool:
         ours = ours.tolist()
     if isinstance(ours, (list, tuple)):
         return len(theirs) == len(ours) and all(map(same, theirs, ours))
-    if isinstance(ours, float):  # JSON has no word for what is no number
+    if isinstance(ours, float):  # JSON has no word for what is not a number
         return (
             theirs is None if ours != ours or ours in (float("inf"), float("-inf")) else bool(theirs == ours)
         )

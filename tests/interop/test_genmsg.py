@@ -111,7 +111,7 @@ SERVICES = [
 ]  # fmt: skip
 
 DIFFERENCES = {
-    "int8 gr\u00f6sse": "accepts a name that is no identifier in C++",
+    "int8 gr\u00f6sse": "accepts a name that is not an identifier in C++",
     "int8[\u0663] a": "reads other digits",
     "int8 =1": "accepts a constant without a name",
     "int8 A B=1": "accepts a name with a blank",

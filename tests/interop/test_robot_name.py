@@ -81,7 +81,7 @@ def test_both_doctors_name_it_once_with_the_line_for_the_hosts_file(robot, capsy
     assert len(found) == 1
     assert "answers for all of them, and is used" in found[0]["text"]
     assert f"127.0.0.1 {NAME}" in found[0]["advice"]
-    assert woosh(["--master", robot, "--json", "doctor", "--listen", "0.5"]) == 1  # it is no chassis
+    assert woosh(["--master", robot, "--json", "doctor", "--listen", "0.5"]) == 1  # it is not a chassis
     findings = json.loads(capsys.readouterr().out)["findings"]
     assert [f["check"] for f in findings if f["level"] == "problem"] == ["interface"]
     assert [f["level"] for f in findings if f["check"] == "node" and NAME in f["text"]] == ["warning"]

@@ -182,9 +182,9 @@ DIFFERENT: list[tuple[str, dict[str, Any], Any, Any]] = [
     # A relative name is resolved, as everywhere in ROS.
     ("topic_type", {"topic": "chatter"}, {"type": ""}, {"type": "std_msgs/String"}),
     ("subscribers", {"topic": "to_robot"}, {"subscribers": []}, {"subscribers": ["/robot"]}),
-    # The name of a field behind that of a topic is no topic.
+    # The name of a field behind that of a topic is not a topic.
     ("topic_type", {"topic": "/scan/ranges"}, {"type": "sensor_msgs/LaserScan"}, {"type": ""}),
-    # NaN is no JSON: JSON.parse of the page fails.
+    # NaN is not JSON: JSON.parse of the page fails.
     ("get_param", {"name": "/odd"}, {"value": "[NaN, Infinity]"}, {"value": "[null, null]"}),
     # An empty name is nobody's parameter; the original gives the parameters below its own name.
     ("get_param", {"name": ""}, True, False),
@@ -342,7 +342,7 @@ def test_pictures_of_messages_are_alike(beside: Beside) -> None:
 def test_fragments_are_alike(beside: Beside) -> None:
     """As many, with the same fields; joined they are the same message.
 
-    The original's `total` is no whole number (5.3), and its first id is 0, which roslib takes for none.
+    The original's `total` is not a whole number (5.3), and its first id is 0, which roslib takes for none.
     """
     both = []
     for url in beside.urls:  # the original cuts everything of a connection from here on

@@ -301,4 +301,4 @@ def test_errors_with_json_leave_stdout_to_json(graph: SimpleNamespace) -> None:
     done = shell("woosh battery --json --master http://127.0.0.1:1")
     assert json.loads(done.stdout)["exit_code"] == done.returncode == 4
     with contextlib.suppress(json.JSONDecodeError):
-        pytest.fail(f"stderr is no document: {json.loads(done.stderr)}")
+        pytest.fail(f"stderr is not a document: {json.loads(done.stderr)}")

@@ -42,11 +42,11 @@ def exit_code(line: str) -> object:
         ("plan inf 0 0", 2, "'inf' is not a plain decimal number"),
         (f"plan {400 * '9'} 0 0", 2, "finite"),
         ("--sim plan A9", 2, "known here; marks: A1, A2"),
-        ("forward 1", 2, "'forward' is no command; did you mean `woosh move 0.5`?"),
+        ("forward 1", 2, "'forward' is not a valid command; did you mean `woosh move 0.5`?"),
         ("go A1", 2, "did you mean `woosh goto A1`?"),
         ("led orang", 2, "did you mean orange?"),
         ("faults 7 --code 8", 2, "give one of: a code, a text, --code, --find"),
-        ("costmap maybe", 2, "'maybe' is no setting; one of: on, off, clear"),
+        ("costmap maybe", 2, "'maybe' is not a valid setting; one of: on, off, clear"),
         ("--sim --chassis 127.0.0.1 stop", 2, "contradict each other"),
         ("--chassis= status", 2, "--chassis is empty"),
         ("--master= stop", 2, "--master is empty"),
@@ -127,11 +127,11 @@ def test_the_marks_of_the_list_are_named(woosh):
 
 
 def test_what_is_no_status_code_is_explained(woosh):
-    """A task state is no fault, and none of its words is \"unknown\"."""
+    """A task state is not a fault, and none of its words is \"unknown\"."""
     code, out, _ = woosh("faults", "7")
     assert code == 0
     assert out == (
-        "7 is no status code (12 digits); in /robot_status it is task_state completed, robot_state following\n"
+        "7 is not a status code (12 digits); in /robot_status it is task_state completed, robot_state following\n"
     )
     assert "emergency" in woosh("faults", "110201000013")[1]
     assert "110201000013" in woosh("faults", "emergency")[1]

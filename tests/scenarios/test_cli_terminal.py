@@ -243,7 +243,7 @@ def test_drive_asks_once_and_sends_nothing_without_a_yes(slow):
         assert asked.splitlines()[:4] == [
             "DRIVING BY VELOCITY BYPASSES THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.",
             "The area must be clear. Watch the robot all the time, and keep its red button in reach.",
-            "This program is no emergency stop: when it or the network dies, the robot may drive on.",
+            "This program is not an emergency stop: when it or the network dies, the robot may drive on.",
             "Type yes to drive:",
         ]
         terminal.send("no\n")

@@ -175,7 +175,7 @@ def test_the_command_has_an_exit_code_and_json(healthy, capsys):
 
 
 def test_a_master_without_a_chassis_is_a_problem(capsys):
-    """A foreign node is no chassis, whatever it publishes."""
+    """A foreign node is not a chassis, whatever it publishes."""
     with rosproto.Master() as master, rosproto.Node("/foreign", master_uri=master.uri) as node:
         node.publisher("/odom", "nav_msgs/Odometry")
         found = findings(master.uri)
@@ -218,7 +218,7 @@ def test_a_robot_that_is_known_by_its_name_only(healthy, monkeypatch, capsys):
     assert main(["--master", uri, "battery"]) == 0
     capsys.readouterr()
     assert main(["--master", uri, "battery", "--resolve", "robot-xyz.invalid"]) == 2
-    assert "is no NAME=IP" in capsys.readouterr().err
+    assert "is not a NAME=IP" in capsys.readouterr().err
     with pytest.raises(ValueError, match="no host name or address"):
         Chassis(uri, resolve={"robot": "http://127.0.0.1"})
 

@@ -182,7 +182,7 @@ def test_the_page_about_firmwares_names_them_all() -> None:
 
 
 def test_the_command_serves_a_firmware(capsys: pytest.CaptureFixture[str]) -> None:
-    """`woosh sim --firmware`; what is no firmware is wrong use."""
+    """`woosh sim --firmware`; what is not a firmware is wrong use."""
     assert main(["sim", "--port", "0", "--for", "0.1", "--firmware", "1.0.8"]) == 0
     assert "firmware 1.0.8" in capsys.readouterr().out
     assert main(["sim", "--port", "0", "--for", "0.1", "--firmware", "latest"]) == 2

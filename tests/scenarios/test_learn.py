@@ -151,7 +151,7 @@ def test_names_that_differ_in_case_only_are_kept_apart() -> None:
     assert [list(learned.texts) for learned in make_sets(pairs)] == [["my_msgs/Note"], ["my_msgs/note"]]
 
 
-@pytest.mark.promise("a type whose name is no valid file name is left out")
+@pytest.mark.promise("a type whose name is not a valid file name is left out")
 def test_a_type_no_file_can_be_named_after_is_left_out_and_told(tmp_path: Path) -> None:
     """Reserved on Windows, or longer than any file name; the others are kept all the same."""
     long = "m/" + "L" * 253
@@ -181,7 +181,7 @@ def test_a_set_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     ("definition", "md5sum", "words"),
     [
         ("uint8 a", "0" * 32, "but the definition it sent has"),
-        ("this is no definition", "0" * 32, "cannot be used"),
+        ("this is not a definition", "0" * 32, "cannot be used"),
         ("", "0" * 32, "but the definition it sent has"),
         ("../../evil a", "0" * 32, "cannot be used"),
     ],
@@ -198,7 +198,7 @@ def test_a_lie_is_not_learned(definition: str, md5sum: str, words: str) -> None:
     "name", ["../../evil/T", "../T", "a/../T", "/etc/T", "a\\b/T", "a/T\x00", "C:/T", "~/T", "a/b/c"]
 )
 def test_no_name_leads_out_of_the_folder(name: str) -> None:
-    """What is no ROS name of a type is not learned, however well its text and md5sum agree."""
+    """What is not a ROS name of a type is not learned, however well its text and md5sum agree."""
     md5sum = define("my_msgs/T", "uint8 a")._md5sum
     assert (
         compare(SurveyAnswer("topic", "/t", "my_msgs/T", md5sum, "uint8 a"), KnownDefinitions()).verdict

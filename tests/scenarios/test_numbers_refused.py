@@ -1,4 +1,4 @@
-"""What is no sensible number is refused with a sentence before anything is sent, whatever type it comes in."""
+"""What is not a sensible number is refused with a sentence before anything is sent, whatever type it comes in."""
 
 from __future__ import annotations
 

@@ -212,7 +212,7 @@ def test_a_crashed_navigation_ends_the_task_as_failed(sim, real_time, chassis, u
     until(lambda: not sim.world.body.velocity.is_standing())
     sim.crash_node("/move_base")
     assert handle.wait(20.0, raises=False).kind is OutcomeKind.FAILED
-    with pytest.raises(ValueError, match="is no node of this chassis"):
+    with pytest.raises(ValueError, match="is not a node of this chassis"):
         sim.crash_node("/move_bas")
 
 

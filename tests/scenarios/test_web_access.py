@@ -130,7 +130,7 @@ def test_the_page_logs_in_with_a_cookie_that_scripts_cannot_read(chassis: Chassi
         foreign = web.post("stop", headers={**sent, "origin": "http://evil.example"})
         assert foreign.status == 403, "the cookie does not help a foreign page"
         stale = web.get("status", headers={"cookie": f"woosh_token={TOKEN}"})
-        assert stale.status == 401, "the token itself is no cookie"
+        assert stale.status == 401, "the token itself is not a cookie"
 
 
 @pytest.mark.promise("two servers of one host do not accept each other's")
@@ -203,7 +203,7 @@ def test_files_that_are_no_certificate_are_refused_before_the_server_starts(
 
     wrong = tmp_path / "wrong.pem"
     wrong.write_text("no certificate")
-    with pytest.raises(ValueError, match=r"wrong\.pem: it is no PEM certificate with its unencrypted key"):
+    with pytest.raises(ValueError, match=r"wrong\.pem: it is not a PEM certificate with its unencrypted key"):
         WebServer(web.app(chassis), port=0, tls_cert=wrong)
     with pytest.raises(FileNotFoundError):
         WebServer(web.app(chassis), port=0, tls_cert=tmp_path / "missing.pem")

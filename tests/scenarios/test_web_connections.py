@@ -84,7 +84,7 @@ def test_a_stop_gets_in_however_many_wait_with_half_a_request(web: Served) -> No
 
 @pytest.mark.promise("A connection loses its place after ten seconds")
 def test_who_says_half_of_something_is_let_go(web: Served, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Headers, bodies and what is no HTTP at all: none of it holds a place for long."""
+    """Headers, bodies and what is not HTTP at all: none of it holds a place for long."""
     slots = slots_of(web)
     monkeypatch.setattr(slots, "_max_silence", 0.5)
     monkeypatch.setattr(middleware, "BODY_SECONDS", 0.5)
@@ -256,7 +256,9 @@ def test_a_message_has_64_frames_at_most(
         with live_socket(web) as one:
             heard = read_in_thread(one)
             one.sendall(FIRST + EMPTY * 62 + LAST)
-            until(lambda: b"is no message of this connection" in heard, what="an answer to the whole message")
+            until(
+                lambda: b"is not a message of this connection" in heard, what="an answer to the whole message"
+            )
         with live_socket(web) as one:
             one.sendall(FIRST + EMPTY * 64)
             assert ends_within(one, 8.0)

@@ -140,7 +140,7 @@ def test_common_mistakes_are_answered_with_what_to_do(web: Served) -> None:
     assert "the body has no type" in web.post("goals", goal).problem
     assert "a body is missing: send a JSON object" in web.post("goals").problem
     quotes = web.post("goals", b"{'kind': 'mark'}", headers={"content-type": "application/json"})
-    assert "the body is no JSON: Expecting property name" in quotes.problem
+    assert "the body is not JSON: Expecting property name" in quotes.problem
     assert "(at character 1)" in quotes.problem
 
 
@@ -158,7 +158,7 @@ REFUSED: dict[str, tuple[str, Any, str, str]] = {
     "no object": ("lease", [1], "the body is [1]; allowed: a JSON object with seconds", "JSON 对象"),
     "null": ("lease", None, "the body is null; allowed: a JSON object, or no body", "请求体是 null"),
     "a stop": ("stop", {"everything": "no"}, '; but everything is "no"; allowed: true or false', "仍然执行了停止"),
-    "no JSON": ("stop", b"{", "; but the body is no JSON:", "请求体不是 JSON"),
+    "no JSON": ("stop", b"{", "; but the body is not JSON:", "请求体不是 JSON"),
     "a long key": ("goals", {"kind": "rotate", "angle": 0}, "Idempotency-Key is", "Idempotency-Key 的值是"),
     "a second goal": ("goals", {"kind": "rotate", "angle": 1}, 'or replace it with "replace": true', '请加上 "replace": true'),
 }  # fmt: skip

@@ -60,7 +60,7 @@ def checkout() -> Path:
             f"rosbridge_suite is not here: `python -m tests.support.rosbridge_suite` gets it from GitHub, or {VARIABLE}"
             " names a checkout of branch ros1"
         )
-    ros.require(found, f"{VARIABLE}={place} is no checkout of rosbridge_suite, branch ros1")
+    ros.require(found, f"{VARIABLE}={place} is not a checkout of rosbridge_suite, branch ros1")
     ros.require_ros(*IMPORTS)
     return place
 

@@ -91,7 +91,7 @@ class GoalHandle(Generic[P]):
 
         Args:
             timeout: Seconds; then the goal is cancelled. None waits for ever; left out: `default_timeout`.
-            raises: False returns an outcome that is no arrival instead of raising it.
+            raises: False returns an outcome that is not an arrival instead of raising it.
 
         Raises:
             GoalFailed: It ended in anything but an arrival; `error.outcome` says how.

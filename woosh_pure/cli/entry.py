@@ -55,7 +55,7 @@ MEANT = {
     "mark": "woosh marks",
     "help": "woosh --help",
 }
-"""Suggestions for words that are no command. None is carried out: a guess must not move a robot."""
+"""Suggestions for words that are not commands. None is carried out: a guess must not move a robot."""
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
 ADVICE = {
     "readiness-and-faults": "see `woosh ready` and `woosh faults`",
@@ -129,7 +129,7 @@ def parser_for(words: Sequence[str], language: str = "en") -> Parser:
         prog="woosh",
         description="Drive a Woosh chassis, or the simulated one.",
         parents=[_common(defaults=True)],
-        epilog="Stopping by this program is no emergency stop: keep the red button in reach. "
+        epilog="Stopping by this program is not an emergency stop: keep the red button in reach. "
         + exit_codes_line(EXIT_CODES),
     )
     parser.meant = MEANT
@@ -146,7 +146,7 @@ def parser_for(words: Sequence[str], language: str = "en") -> Parser:
 
 
 def _asked(words: Sequence[str]) -> str | None:
-    """Return the command among the words; the value of an option is no command."""
+    """Return the command among the words; the value of an option is not a command."""
     takes_value = _common().options_with_value()
     for before, word in zip(["", *words], words, strict=False):
         if before not in takes_value and not word.startswith("-"):

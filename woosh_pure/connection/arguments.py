@@ -17,7 +17,7 @@ def master_uri_of(address: str | None) -> str:
     """The master URI of "169.254.128.2", "robot:11311", "http://robot:11311/" or None.
 
     Raises:
-        ValueError: None was given and $ROS_MASTER_URI is not set, or the text is no address.
+        ValueError: None was given and $ROS_MASTER_URI is not set, or the text is not an address.
     """
     uri = _as_uri(address)
     from rosproto.transport import parse_uri  # lazy: imported with the first Chassis
@@ -39,7 +39,7 @@ def _as_uri(address: str | None) -> str:
     if not isinstance(address, str):
         raise ValueError(
             say(
-                "{address!r} is no address; give text, a host such as {example!r}",
+                "{address!r} is not an address; give text, a host such as {example!r}",
                 address=address,
                 example=VENDOR_ADDRESS,
             )
@@ -58,7 +58,7 @@ def _as_uri(address: str | None) -> str:
     if not text or any(c.isspace() or c == "/" for c in text):
         raise ValueError(
             say(
-                "{address!r} is no address; give a host such as {example} or a master URI",
+                "{address!r} is not an address; give a host such as {example} or a master URI",
                 address=address,
                 example=VENDOR_ADDRESS,
             )

@@ -153,7 +153,7 @@ def _master(client: rosproto.MasterClient) -> Finding:
     try:
         client.get_pid()
     except RosError as error:
-        advice = "something listens there, but it is no ROS master; check the port"
+        advice = "something listens there, but it is not a ROS master; check the port"
         return bad("master", "no ROS master answers: {error}", advice, error=error)
     return ok("master", "the ROS master answers")
 

@@ -281,9 +281,9 @@ def load_config(path: Path) -> FleetConfig:
     try:
         data = tomllib.loads(read_text(path))
     except UnicodeDecodeError:
-        raise ValueError(say("{path} is no text in UTF-8; a fleet.toml is", path=path)) from None
+        raise ValueError(say("{path} is not text in UTF-8; a fleet.toml is", path=path)) from None
     except ValueError as error:
-        raise ValueError(say("{path} is no TOML: {error}", path=path, error=error)) from None
+        raise ValueError(say("{path} is not TOML: {error}", path=path, error=error)) from None
     try:
         return _fleet(data, path.parent)
     except (TypeError, ValueError) as error:

@@ -110,7 +110,7 @@ class Store:
         try:
             found = json.loads(text)
         except ValueError:
-            self.put_aside("it is no JSON")
+            self.put_aside("it is not JSON")
             return None
         return found if isinstance(found, dict) else None
 

@@ -56,7 +56,7 @@ def find(feed: str) -> Row:
         if topic is not None and topic.flow == "read":
             raise KeyError(
                 say(
-                    "{feed} is no feed of the chassis, but {name} is a topic of it: add the slash",
+                    "{feed} is not a feed of the chassis, but {name} is a topic of it: add the slash",
                     feed=feed,
                     name=topic.name,
                 )
@@ -65,7 +65,7 @@ def find(feed: str) -> Row:
         near = [*get_close_matches(feed, _BY_FEED, 3), *get_close_matches("/" + feed, readable, 3)]
         raise KeyError(
             say(
-                "{feed} is no feed of the chassis; near names: {near}",
+                "{feed} is not a feed of the chassis; near names: {near}",
                 feed=feed,
                 near=", ".join(near) or "none is near",
             )

@@ -119,7 +119,9 @@ def _entries(path: Path) -> dict[str, str]:
             if not colon:
                 raise ValueError(
                     say(
-                        "{path}: {text!r} is no line of a map file; expected key: value", path=path, text=text
+                        "{path}: {text!r} is not a line of a map file; expected key: value",
+                        path=path,
+                        text=text,
                     )
                 )
             key = name.strip().strip("\"'")
@@ -240,7 +242,7 @@ def _plain_values(data: bytes, count: int) -> NDArray[np.int64]:
     try:
         return np.array([int(word) for word in words], dtype=np.int64)
     except (ValueError, OverflowError):
-        raise ValueError("a value of the plain image is no number") from None
+        raise ValueError("a value of the plain image is not a number") from None
 
 
 def _pnm_head(data: bytes) -> tuple[bytes, tuple[int, int, int], int]:

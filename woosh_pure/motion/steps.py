@@ -114,7 +114,7 @@ def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     for step in checked:
         if not isinstance(step, Step):
             raise TypeError(
-                say("{step!r} is no Step; use Step.straight(0.5), Step.turn(1.57) ...", step=step)
+                say("{step!r} is not a Step; use Step.straight(0.5), Step.turn(1.57) ...", step=step)
             )
     if not checked:
         raise ValueError("no steps given; a goal needs at least one")

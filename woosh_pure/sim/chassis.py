@@ -431,7 +431,7 @@ class SimulatedChassis(Simulation):
         if name not in self.graph.nodes:
             raise ValueError(
                 say(
-                    "{name} is no node of this chassis; it has {names}",
+                    "{name} is not a node of this chassis; it has {names}",
                     name=name,
                     names=", ".join(sorted(self.graph.nodes)),
                 )

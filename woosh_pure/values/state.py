@@ -213,7 +213,7 @@ class Image:
         """(height, width) float32 in m, NaN where nothing was measured; a new array.
 
         Raises:
-            ValueError: This is no depth image.
+            ValueError: This is not a depth image.
         """
         import numpy as np
 

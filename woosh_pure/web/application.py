@@ -147,7 +147,7 @@ def _wrong_body(request: Request, error: dict[str, Any]) -> str:
     """Describe why a body is not JSON; "" if it is JSON."""
     if error.get("type") == "json_invalid":
         reason, at = error.get("ctx", {}).get("error", ""), error.get("loc", ("", "?"))[-1]
-        return say("the body is no JSON: {reason} (at character {at})", reason=reason, at=at)
+        return say("the body is not JSON: {reason} (at character {at})", reason=reason, at=at)
     if tuple(error.get("loc", ())) != ("body",):
         return ""
     if error.get("type") == "missing":
@@ -171,7 +171,7 @@ async def _on_http(request: Request, error: Exception) -> JSONResponse:
         answer.headers["allow"] = ", ".join(methods)
         return answer
     words = {
-        400: "the body is no JSON in UTF-8, or is nested too deeply",
+        400: "the body is not JSON in UTF-8, or is nested too deeply",
         404: "there is nothing at this address; /docs/ shows what there is",
         405: "this address does not take this method",
     }

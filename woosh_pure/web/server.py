@@ -242,7 +242,9 @@ class WebServer:
 
 def _log_flood(transport: Any) -> None:
     host, port, *_ = transport.get_extra_info("peername") or ("?", 0)
-    _peer_log.warning("flood", "! %s:%s is cut off: it sends what is no message all the time", host, port)
+    _peer_log.warning(
+        "flood", "! %s:%s disconnected: it keeps sending data that is not a message", host, port
+    )
 
 
 def _check_tls(cert: str | Path, key: str | Path | None) -> None:
@@ -254,9 +256,9 @@ def _check_tls(cert: str | Path, key: str | Path | None) -> None:
         ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(cert, key, password="")
     except ssl.SSLError as error:
         wrong = (
-            "{cert} and {key}: they are no PEM certificate with its unencrypted key ({error})"
+            "{cert} and {key}: they are not a PEM certificate with its unencrypted key ({error})"
             if key
-            else "{cert}: it is no PEM certificate with its unencrypted key ({error})"
+            else "{cert}: it is not a PEM certificate with its unencrypted key ({error})"
         )
         raise ValueError(say(wrong, cert=cert, key=key, error=error.reason or say("not PEM"))) from error
 

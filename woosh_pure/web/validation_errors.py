@@ -38,7 +38,7 @@ def _one(error: Mapping[str, Any], schema: Schema, parts: Schema) -> str:
         kind, found = ("wrong", found[names[-1]]) if names[-1] in found else ("missing", None)
     name = ".".join(names) or say("the body")
     if kind == "json_invalid":
-        return say("the body is no JSON: {reason}", reason=error["ctx"]["error"])
+        return say("the body is not JSON: {reason}", reason=error["ctx"]["error"])
     if kind == "value_error":
         text = sentence_of(error["ctx"]["error"])
         return led(printable(name), text) if names else text

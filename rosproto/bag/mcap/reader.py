@@ -33,12 +33,12 @@ class McapReader(BagReader):
         scanning: As for `BagReader`.
 
     Raises:
-        BagError: It cannot be opened, is no MCAP file, or the package mcap is missing (extra `mcap`).
+        BagError: It cannot be opened, is not an MCAP file, or the package mcap is missing (extra `mcap`).
     """
 
     def _open(self) -> None:
         if self._source.read_at(0, len(MCAP_MAGIC)) != MCAP_MAGIC:
-            raise self._source.error("this is no MCAP file")
+            raise self._source.error("this is not an MCAP file")
         found = read_contents(self._source)
         self._loose = found.loose
         self._packed = found.packed
@@ -199,7 +199,7 @@ class _Scan:
                 source.scanned(at)
         except misfits() as problem:
             if at == 8 and not self._schemas and not found.chunks and source.size < 8:
-                raise source.error("this is no MCAP file") from problem
+                raise source.error("this is not an MCAP file") from problem
             if at < source.size:
                 found.damage.append(f"it ends in a record that is cut off or damaged, at byte {at}")
         except BagError as problem:

@@ -60,7 +60,7 @@ class Assets:
             FileNotFoundError: None of the folders has it.
         """
         if not uri.startswith(SCHEME) or len(uri) > 1024:
-            raise ValueError(f"{uri[:100]!r} is no address of a package's file: package://NAME/PATH")
+            raise ValueError(f"{uri[:100]!r} is not an address of a package's file: package://NAME/PATH")
         package, _, inside = unquote(uri[len(SCHEME) :]).partition("/")
         parts = inside.split("/")
         if not package or package.startswith(".") or "" in parts or any(p in (".", "..") for p in parts):

@@ -68,4 +68,4 @@ def unpack(data: str, most_bytes: int = MOST_BYTES) -> str:
     try:
         return pixels.tobytes().decode("utf-8")
     except UnicodeDecodeError as error:
-        raise PngError(f"the picture's bytes are no UTF-8: {error}") from None
+        raise PngError(f"the picture's bytes are not UTF-8: {error}") from None

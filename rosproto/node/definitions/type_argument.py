@@ -54,7 +54,7 @@ def resolve_service_type(type_: Any, service: str, revisions: KnownDefinitions |
     if hasattr(type_, "_request_class") and hasattr(type_, "_md5sum"):
         return type_
     raise LocalProtocolError(
-        f'service {service}: {type_!r} is no service type; give a class such as SetBool or "std_srvs/SetBool"'
+        f'service {service}: {type_!r} is not a service type; give a class or "std_srvs/SetBool"'
     )
 
 

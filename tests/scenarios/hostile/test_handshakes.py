@@ -202,7 +202,7 @@ def test_request_length_bombs(length: int, victim: Victim, unharmed: Unharmed) -
 
 
 def test_garbage_requests_are_service_errors(victim: Victim, unharmed: Unharmed) -> None:
-    """Bytes that are no request of this type: an error answer, and the link goes on (15)."""
+    """Bytes that are not a request of this type: an error answer, and the link goes on (15)."""
     with unharmed(), attacks.connect(victim.tcpros, attacks.service_header(persistent="1")) as sock:
         attacks.read_header(sock)
         for size in (0, 2, 1000, 100_000):

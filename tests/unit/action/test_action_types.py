@@ -40,5 +40,5 @@ PART = "\n" + "=" * 80 + "\nMSG: no_msgs/Part\nint32 x\n"
 )
 def test_what_is_no_action_is_refused(definition: str) -> None:
     cls = rosproto.define("no_msgs/NoAction", definition)
-    with pytest.raises(DefinitionError, match="is no action"):
+    with pytest.raises(DefinitionError, match="is not an action"):
         action_type(cls)

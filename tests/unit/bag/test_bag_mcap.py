@@ -246,7 +246,7 @@ def test_what_is_refused(tmp_path: Path) -> None:
         writer.write("/s", String(), 1.0, header={"callerid": "\udcff"})
     with pytest.raises(BagError, match="closed"):
         writer.write("/s", String(), 1.0)
-    with pytest.raises(BagError, match="no MCAP"):
+    with pytest.raises(BagError, match="not an MCAP"):
         McapReader(io.BytesIO(bag_bytes(entries(3))))
 
 

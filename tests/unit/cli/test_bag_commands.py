@@ -147,7 +147,7 @@ def test_check_finds_damage_and_what_cannot_be_decoded(run: Run, bag: str, tmp_p
 
 
 def test_check_notes_another_revision(run: Run, tmp_path: Path) -> None:
-    """A type recorded with another definition is no damage, but told."""
+    """A type recorded with another definition is not damage, but told."""
     path = tmp_path / "old.bag"
     from rosproto.codec import define
 

@@ -272,7 +272,7 @@ def test_remappings_and_bags_in_one_row() -> None:
     assert _split_remappings(["a.bag", "/x:=/y", "z:=w"]) == (["a.bag"], {"/x": "/y", "/z": "/w"})
     with pytest.raises(ValueError, match="no bag"):
         _split_remappings(["/x:=/y"])
-    with pytest.raises(CommandError, match="no remapping"):
+    with pytest.raises(CommandError, match="not a remapping"):
         _split_remappings(["a.bag", "/x:="])
 
 

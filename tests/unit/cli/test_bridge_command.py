@@ -109,7 +109,7 @@ def test_what_is_wrong_is_a_sentence(
     assert main([*words, "--port", "0", "--tls-key", "x"]) == 1
     assert "--tls-cert" in capsys.readouterr().err
     assert main([*words, "--port", "0", "--allow-write", "robot:/x"]) == 2
-    assert "no kind" in capsys.readouterr().err
+    assert "not a kind" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
     assert main([*words, "--port", "0"]) == 1
     assert 'pip install ".[bridge]"' in capsys.readouterr().err

@@ -201,7 +201,7 @@ def test_a_fixed_array_of_another_length_is_refused() -> None:
 
 
 def test_nested_messages_of_another_type_are_refused() -> None:
-    """By name: a Point is no Vector3, though their fields are alike."""
+    """By name: a Point is not a Vector3, though their fields are alike."""
     a = define("a/N", "P p" + "\n" + "=" * 80 + "\nMSG: a/P\nint8 x")
     b = define("a/N", "Q p" + "\n" + "=" * 80 + "\nMSG: a/Q\nint8 x")
     c = define("a/N", "P[] p" + "\n" + "=" * 80 + "\nMSG: a/P\nint8 x")

@@ -294,7 +294,7 @@ def test_classes_of_long_texts_are_collected_in_time() -> None:
 
 
 class OneType:
-    """A source of definitions that is no library, and checks nothing."""
+    """A source of definitions that is not a library, and checks nothing."""
 
     def __init__(self, **types: list[tuple[str, str]]) -> None:
         self.types = types

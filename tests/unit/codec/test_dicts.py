@@ -74,13 +74,13 @@ def test_now_and_auto() -> None:
     [
         (Twist, {"linaer": {}}, "has no field 'linaer'; it has: linear, angular"),
         (Twist, {"linear": {"q": 1}}, "x, y, z"),
-        (Twist, {"linear": {"x": "fast"}}, "'fast' is no float64"),
-        (Twist, {"linear": {"x": True}}, "is no float64"),
+        (Twist, {"linear": {"x": "fast"}}, "'fast' is not a valid float64"),
+        (Twist, {"linear": {"x": True}}, "is not a valid float64"),
         (Twist, [1], "1 values given for the 2 fields"),
-        (Polygon, {"points": 3}, "is no list"),
-        (PoseStamped, {"header": {"seq": 1.5}}, "is no uint32"),
-        (PoseStamped, {"header": {"stamp": "soon"}}, "is no time"),
-        (String, {"data": [1]}, "is no string"),
+        (Polygon, {"points": 3}, "is not a list"),
+        (PoseStamped, {"header": {"seq": 1.5}}, "is not a valid uint32"),
+        (PoseStamped, {"header": {"stamp": "soon"}}, "is not a time"),
+        (String, {"data": [1]}, "is not a string"),
     ],
 )
 def test_wrong_values_name_the_field(cls: type, value: object, says: str) -> None:

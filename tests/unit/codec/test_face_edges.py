@@ -89,12 +89,12 @@ def test_a_message_shows_every_kind_of_value() -> None:
 @pytest.mark.parametrize(
     ("values", "says"),
     [
-        ({"one": "yes"}, "is no bool"),
-        ({"many": 1}, "is no list"),
-        ({"text": []}, "is no string"),
-        ({"at": "later"}, "is no time"),
-        ({"rates": ["fast"]}, "is no float32"),
-        ({"pair": [0.5, 1]}, "is no int8"),
+        ({"one": "yes"}, "is not a bool"),
+        ({"many": 1}, "is not a list"),
+        ({"text": []}, "is not a string"),
+        ({"at": "later"}, "is not a time"),
+        ({"rates": ["fast"]}, "is not a valid float32"),
+        ({"pair": [0.5, 1]}, "is not a valid int8"),
     ],
 )
 def test_wrong_values_typed_by_a_person_are_named(values: dict[str, object], says: str) -> None:

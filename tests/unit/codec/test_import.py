@@ -35,7 +35,7 @@ def test_numpy_is_imported_with_the_first_array() -> None:
 
 
 def test_what_generates_code_is_imported_when_it_is_needed() -> None:
-    """Writers of source are no part of the import time."""
+    """Writers of source are not part of the import time."""
     program = (
         "import sys, rosproto.codec as c; late = ('decode_generator', 'encode_generator');"
         "assert not [n for n in late if 'rosproto.codec.' + n in sys.modules];"

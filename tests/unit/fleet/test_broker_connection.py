@@ -86,7 +86,7 @@ def test_a_broker_that_answers_no_ping_is_left(opened: Any, monkeypatch: pytest.
 def test_a_broker_that_never_answers_is_left(
     opened: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """The connection alone is no line."""
+    """The connection alone is not a line."""
     monkeypatch.setattr(mqtt, "_KEEP_ALIVE", 1)
     monkeypatch.setattr(mqtt, "_REJECTED_WAITS", (0.01, 2.0, 0.02, 0.0))
     with StuckBroker(answer=None) as broker:

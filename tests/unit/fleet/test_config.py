@@ -147,7 +147,7 @@ WRONG = {
     'vehicle = 3\n[broker]\nurl = "mqtt://h"': r"vehicle: expected tables",
     'folder = 3\n[broker]\nurl = "mqtt://h"': r"folder 3: expected a text",
     '[broker]\nurl = "mqtt://h"\n[[vehicle]]\nserial = "1"': r"\[\[vehicle\]\] has no manufacturer",
-    "a =": r"no TOML",
+    "a =": r"not TOML",
 }
 """What somebody may write, and what is said: with the file's name before it."""
 

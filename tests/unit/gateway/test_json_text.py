@@ -33,9 +33,9 @@ def test_what_is_read() -> None:
 def test_what_is_refused() -> None:
     """With a sentence that goes on after "the message"."""
     assert refused("{} {}") == "is more than 1 at once; send them one by one"
-    assert refused('{"op": ') == "is no JSON: Expecting value at character 7"
-    assert refused(b"\xff{}") == "is no UTF-8 text: invalid start byte at byte 0"
-    assert refused("9" * 5000) == "is no JSON: a number has too many digits"
+    assert refused('{"op": ') == "is not JSON: Expecting value at character 7"
+    assert refused(b"\xff{}") == "is not UTF-8 text: invalid start byte at byte 0"
+    assert refused("9" * 5000) == "is not JSON: a number has too many digits"
     for depth in (11, 40, 99):
         deep = "has more than 10 arrays and objects inside one another"
         assert refused("[" * depth + "]" * depth) == deep
@@ -75,7 +75,7 @@ def test_long_numbers_on_early_pythons(monkeypatch: pytest.MonkeyPatch) -> None:
     early = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(early)
     reader = early.JsonReader(100, 10)
-    with pytest.raises(early.JsonError, match="is no JSON: a number has too many digits"):
+    with pytest.raises(early.JsonError, match="is not JSON: a number has too many digits"):
         reader.read("9" * 5000)
     assert reader.read("[12]") == [[12]]
 

@@ -281,7 +281,7 @@ def test_garbage_in_place_of_a_handshake(serve: Serve) -> None:
 
 
 def test_wrong_frames_end_their_connection(serve: Serve) -> None:
-    """Bytes that are no text, frames without a mask, messages that are too long, odd JSON."""
+    """Bytes that are not text, frames without a mask, messages that are too long, odd JSON."""
     bridge = serve(limits=GatewayLimits(message_bytes=1000))
     for frame, code in [
         (b"\x81\x85\0\0\0\0\xff\xfe\xfd\xfc\xfb", 1007),

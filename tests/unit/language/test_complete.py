@@ -49,7 +49,7 @@ def test_a_name_has_one_format_in_a_sentence() -> None:
 def test_a_new_sentence_is_missed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = tmp_path / "room.py"
     source.write_text(
-        '"""Words of a docstring are no sentence."""\n'
+        '"""Words of a docstring are not a sentence."""\n'
         "def fail(name, out):\n"
         '    out.line("nobody has ever said this")\n'
         '    out.line(f"and {name} has never said that")\n'

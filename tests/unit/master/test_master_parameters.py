@@ -37,7 +37,7 @@ def test_a_namespace_reads_as_a_dict() -> None:
 
 
 def test_a_dict_replaces_the_subtree() -> None:
-    """setParam of a dict is no union with what was there."""
+    """setParam of a dict is not a union with what was there."""
     tree = ParameterTree()
     tree.set("/a", {"x": 1, "y": 2})
     tree.set("/a", {"y": 3})

@@ -152,7 +152,7 @@ def test_keywords_and_other_names_of_python_are_legal() -> None:
 
 @pytest.mark.promise("Comments hold any bytes, and fields may be")
 def test_texts_may_hold_anything_in_comments() -> None:
-    """Quotes, back-ticks, other alphabets and bytes that are no UTF-8 (pitfall 51)."""
+    """Quotes, back-ticks, other alphabets and bytes that are not UTF-8 (pitfall 51)."""
     text = 'int32 a # `rm` """ \'\'\' \\ \u4e2d\u6587 \udcff\nstring S=\'"""\\\n'
     spec = parse(text)
     assert spec.text == text

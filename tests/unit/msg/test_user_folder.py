@@ -27,7 +27,7 @@ def test_each_system_has_its_place(platform: str, environment: dict[str, str], p
 
 
 def test_sets_are_folders_with_definitions(tmp_path: Path) -> None:
-    """What is being written, empty or a file is no set; a folder that is not there has none."""
+    """What is being written, empty or a file is not a set; a folder that is not there has none."""
     assert learned_paths(tmp_path / "nowhere") == []
     for name in ("b", "a", ".new-c"):
         (tmp_path / name / "my_msgs" / "msg").mkdir(parents=True)

@@ -98,9 +98,9 @@ def test_numpy_values_tuples_and_mappings_become_plain(node):
         ({"a": {"b": None}}, "/x/a/b: a NoneType"),
         ([1, object()], r"/x\[1\]: a object"),
         (1 << 31, "32 bits"),
-        ({"a/b": 1}, "'a/b' is no key"),
-        ({1: 1}, "1 is no key"),
-        ({"": 1}, "'' is no key"),
+        ({"a/b": 1}, "'a/b' is not a key"),
+        ({1: 1}, "1 is not a key"),
+        ({"": 1}, "'' is not a key"),
         ({1, 2}, "a set cannot"),
     ],
 )

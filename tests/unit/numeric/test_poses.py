@@ -61,7 +61,7 @@ def test_what_is_no_rotation_is_refused() -> None:
     """A new message's quaternion is all zero: a common mistake, told in words."""
     with pytest.raises(ValueError, match="a new message has w = 0"):
         quaternion_to_yaw(Quaternion())
-    with pytest.raises(ValueError, match="is no rotation"):
+    with pytest.raises(ValueError, match="is not a rotation"):
         quaternion_to_matrix(Quaternion(w=math.nan))
     for wrong in (np.eye(4) * 2, np.diag([1, 1, -1, 1]), np.eye(2)):
         with pytest.raises(ValueError, match="matrix"):

@@ -86,7 +86,7 @@ def test_wrong_choices_are_refused() -> None:
     """Nothing chosen, and a pattern that is none."""
     with pytest.raises(ValueError, match="nothing to record"):
         TopicSelection()
-    with pytest.raises(ValueError, match="no regular expression"):
+    with pytest.raises(ValueError, match="not a regular expression"):
         TopicSelection(patterns=["("])
     with pytest.raises(ValueError, match="buffer"):
         MessageBuffer(0)

@@ -126,7 +126,7 @@ def test_a_disk_that_is_full_ends_the_recording_with_an_error(nodes, tmp_path, m
 def test_nothing_to_record_and_bad_patterns_are_refused(nodes, tmp_path):
     with pytest.raises(ValueError, match="nothing to record"):
         Recorder(nodes[0], tmp_path / "a.bag")
-    with pytest.raises(ValueError, match="no regular expression"):
+    with pytest.raises(ValueError, match="not a regular expression"):
         Recorder(nodes[0], tmp_path / "a.bag", pattern="(")
     assert not (tmp_path / "a.bag").exists()
 

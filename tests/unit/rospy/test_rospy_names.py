@@ -142,7 +142,7 @@ def test_what_a_ros_installation_builds_on_its_own_modules_says_why(tmp_path: Pa
 
 
 def test_a_package_has_the_modules_that_genpy_would_have_written(tmp_path: Path) -> None:
-    """std_srvs has services only; a package that is nowhere is no package."""
+    """std_srvs has services only; a package that is nowhere is not a package."""
     own = tmp_path / "src" / "robot_bringup"
     own.mkdir(parents=True)
     (own / "package.xml").touch()

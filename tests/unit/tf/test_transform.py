@@ -53,7 +53,7 @@ def test_many_points_move_as_one_does():
 
 
 def test_a_matrix_that_is_no_rigid_transform_is_refused():
-    with pytest.raises(ValueError, match="no rotation"):
+    with pytest.raises(ValueError, match="not a rotation"):
         Transform.from_matrix("a", "b", np.diag([1.0, 1.0, -1.0, 1.0]))
     with pytest.raises(ValueError, match="shape"):
         Transform.from_matrix("a", "b", np.eye(3))

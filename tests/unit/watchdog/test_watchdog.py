@@ -227,7 +227,7 @@ def test_where_it_cannot_be_started_one_warning_says_so(
 def test_an_interpreter_that_is_another_program_is_given_up(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """`sys.executable` of an embedded Python may be anything: it ends, or says what is no line."""
+    """`sys.executable` of an embedded Python may be anything: it ends, or says what is not a line."""
     monkeypatch.setattr("rosproto.watchdog.watchdog.MOST_RESTARTS", 0)
     monkeypatch.setattr(sys, "executable", "/bin/echo")
     with caplog.at_level(logging.WARNING), Watchdog() as watchdog:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _WARNING = (
     "DRIVING BY VELOCITY BYPASSES THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.",
     "The area must be clear. Watch the robot all the time, and keep its red button in reach.",
-    "This program is no emergency stop: when it or the network dies, the robot may drive on.",
+    "This program is not an emergency stop: when it or the network dies, the robot may drive on.",
 )
 _KEYS = "arrows or WASD: drive   + -: faster, slower (stops)   q, Esc: end   any other key: stop"
 

@@ -87,7 +87,7 @@ def _show_map(args: Namespace, out: Output) -> None:
 def _save_map(args: Namespace, out: Output) -> None:
     target = args.out.with_suffix("") if args.out.suffix in (".yaml", ".pgm", ".png") else args.out
     if not target.parent.is_dir():
-        raise ValueError(say("{parent} is no directory; make it first", parent=target.parent))
+        raise ValueError(say("{parent} is not a directory; make it first", parent=target.parent))
     with connect(args, out) as chassis:
         for name in ("pose", "scan", "velocity", "plan", "tf_static"):
             chassis.feed(name).open()  # received while the map is fetched

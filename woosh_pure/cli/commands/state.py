@@ -210,7 +210,7 @@ def run_faults(args: Namespace, out: Output) -> int:
         code, task, robot = decode_status_code(args.code), TaskState(args.code), RobotState(args.code)
         if task.known or robot.known:
             out.line(
-                "{number} is no status code (12 digits); "
+                "{number} is not a status code (12 digits); "
                 "in /robot_status it is task_state {task}, robot_state {robot}",
                 number=args.code,
                 task=task,

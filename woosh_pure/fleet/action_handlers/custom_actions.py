@@ -54,7 +54,7 @@ def _function(name: str, target: str) -> Handler:
     if not callable(found):
         raise ValueError(
             say(
-                "action {name}={target}: {attribute} is no function",
+                "action {name}={target}: {attribute} is not a function",
                 name=name,
                 target=target,
                 attribute=attribute,

@@ -279,6 +279,6 @@ def unpack(data: bytes) -> GridMap:
                 (Path(folder) / name).write_bytes(packed.read(info))
             return GridMap.load(Path(folder) / sheets[0], beside=True)
     except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError, OSError) as error:
-        raise ChassisError(f"the file is no ZIP of a map: {error}") from error
+        raise ChassisError(f"the file is not a ZIP of a map: {error}") from error
     except (ValueError, RuntimeError) as error:
         raise ChassisError(f"the map cannot be read: {error}") from error

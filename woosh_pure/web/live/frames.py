@@ -89,7 +89,7 @@ def costmap_frames(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -
             say("a costmap of {width} x {height} cells cannot be shown", width=width, height=height)
         )
     if not all(map(math.isfinite, (resolution, origin.x, origin.y, origin.yaw))):
-        raise ValueError("a costmap whose place is no number cannot be shown")
+        raise ValueError("a costmap whose place is not a number cannot be shown")
     many = max(1, PART // width)
     return tuple(
         _GRID.pack(COSTMAP, 0, width, height, row, resolution, origin.x, origin.y, origin.yaw)

@@ -168,7 +168,7 @@ class Viewer:
             self._sender.tell_lease_again()
             self._hub.wake()
         else:
-            raise BadMessage(say("t={kind!r:.40} is no message of this connection", kind=kind))
+            raise BadMessage(say("t={kind!r:.40} is not a message of this connection", kind=kind))
 
     def _stop(self, number: object) -> None:
         """Begin a stop, which needs neither the lease nor a confirmation."""

@@ -43,7 +43,7 @@ class VisibleParameters:
                 f'parameter {key}: the value must be JSON text, such as "0.5" or "\\"text\\"": {error}'
             ) from error
         if parsed is None:
-            raise RosapiError(f"parameter {key}: null is no value of a parameter; delete it instead")
+            raise RosapiError(f"parameter {key}: null is not a value of a parameter; delete it instead")
         try:
             self._check(self._rules.may_write(key, parsed))
             self._node.params.set(key, parsed)

@@ -128,7 +128,7 @@ class Definitions:
     def _full_name(name: str) -> str:
         full = definition_name(name)
         if not re.fullmatch("[^/]+/[^/]+", full):
-            raise RosapiError(f'"{name}" is no type; expected package/Type, such as std_msgs/String')
+            raise RosapiError(f'"{name}" is not a type; expected package/Type, such as std_msgs/String')
         return full
 
     @staticmethod

@@ -269,7 +269,7 @@ def test_what_is_no_map_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     empty = io.BytesIO()
     zipfile.ZipFile(empty, "w").close()
     wrong = {
-        b"PK": "no ZIP", b"": "no ZIP", empty.getvalue(): "in this are nothing",
+        b"PK": "not a ZIP", b"": "not a ZIP", empty.getvalue(): "in this are nothing",
         packed(tmp_path / "two", other_yaml=b"image: x"): "a map is a ZIP of one YAML",
     }  # fmt: skip
     for data, match in wrong.items():

@@ -58,7 +58,7 @@ def test_what_is_no_file_of_a_robot(folder: Path, uri: str) -> None:
 def test_what_is_not_there_or_leads_out_or_is_too_large(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A link out of the package is no file of it."""
+    """A link out of the package is not a file of it."""
     monkeypatch.setattr(assets_module, "MOST_BYTES", 1000)
     assets = Assets([folder])
     with pytest.raises(FileNotFoundError):

@@ -79,7 +79,7 @@ def test_values_of_parameters(field: dict[str, Any], value: object) -> None:
 
 WRONG: tuple[tuple[str, str], ...] = (
     ("", "no JSON object"),
-    ("x", "no JSON"),
+    ("x", "not JSON"),
     ("[]", "no JSON object"),
     ("{}", "op is missing"),
     ('{"op": 5}', "op is 5"),

@@ -61,8 +61,8 @@ def test_a_schema_of_json_is_no_definition(ground: Ground) -> None:
 
 
 WRONG = (
-    (b"{", "no JSON"),
-    (b"\xff", "no UTF-8 text"),
+    (b"{", "not JSON"),
+    (b"\xff", "not UTF-8 text"),
     (b"[" * 99_999, "inside one another"),
     (b"[" * 100_001, "values and keys"),
     (b"", "is empty"),

@@ -261,7 +261,7 @@ def test_read_only_wins_over_patterns(ground: Ground) -> None:
 
 @pytest.mark.promise("Zero velocity is sent when a viewer that drove leaves or falls silent")
 def test_zero_follows_a_client_that_drove(ground: Ground) -> None:
-    """When it falls silent, and at once when it has gone; a velocity that is no number is not sent."""
+    """When it falls silent, and at once when it has gone; a velocity that is not a number is not sent."""
     heard = ground.robot.subscriber("/cmd_vel", Twist, queue_size=100)
     server = ground.serve(access=Access(write=["/cmd_vel"]))
     viewer = ground.view(server)

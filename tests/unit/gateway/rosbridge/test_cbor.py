@@ -45,7 +45,7 @@ def test_not_a_number_stays_one() -> None:
 
 
 def test_what_a_program_put_in() -> None:
-    """Lists for arrays, and texts that are no UTF-8."""
+    """Lists for arrays, and texts that are not UTF-8."""
     message = EVERYTHING(singles=[1, 2], octets=[1, 2], text="a\udcff", texts=["\udcff"], flags=[1, 0])
     seen = cbor2.loads(dumps(to_cbor(message)))
     assert seen["singles"] == cbor2.CBORTag(85, struct.pack("<2f", 1, 2))

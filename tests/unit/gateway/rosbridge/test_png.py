@@ -53,7 +53,7 @@ def picture(width: int, height: int, raw: bytes, *, kind: int = 2, depth: int = 
         (picture(60_000, 60_000, b"\0" * 1000), "60000 x 60000 pixels; expected 1 to"),
         (picture(1, 5000, b"\0\0\0\0" * 5000), "5000 rows of pixels; expected at most 4096"),
         (picture(10, 10, b"\0" * 5), "cut short"),
-        (picture(2, 1, b"\0\xff\xff\xff\xff\xff\xff"), "the picture's bytes are no UTF-8"),
+        (picture(2, 1, b"\0\xff\xff\xff\xff\xff\xff"), "the picture's bytes are not UTF-8"),
         (picture(2, 1, b"\0\0\0", kind=0), "1 channels; expected red, green and blue"),
         (base64.b64encode(encode_png(np.zeros((2, 2, 4), np.uint8))).decode(), "4 channels"),
         ("A" * (MOST_BYTES * 4 // 3 + 5), "more than the limit of 262144 bytes"),

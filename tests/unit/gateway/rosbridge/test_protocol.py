@@ -217,9 +217,9 @@ def test_a_required_field_is_missed(op: str) -> None:
         ("[]", "the message is JSON, but an array; expected an object with an op"),
         ("3", "the message is JSON, but a number; expected an object with an op"),
         ("null", "the message is JSON, but null; expected an object with an op"),
-        ('{"op": ', "the message is no JSON: Expecting value at character 7"),
-        (b"\xff{}", "the message is no UTF-8 text: invalid start byte at byte 0"),
-        ("9" * 5000, "the message is no JSON: a number has too many digits"),
+        ('{"op": ', "the message is not JSON: Expecting value at character 7"),
+        (b"\xff{}", "the message is not UTF-8 text: invalid start byte at byte 0"),
+        ("9" * 5000, "the message is not JSON: a number has too many digits"),
         ("{}", "the message has no op; expected one of advertise, "),
         ({"op": 5}, "the operation a number is unknown; expected one of advertise, "),
         ({"op": ["publish"]}, "the operation an array is unknown; expected one of advertise, "),
@@ -409,7 +409,7 @@ def test_fragments_of_a_client() -> None:
         assert requests == [Publish(None, "/t", message["msg"])]
     assert refused({**parts[0], "num": 99}).startswith("fragment: field num of a fragment must be")
     assert refused({"op": "fragment", "data": "x"}).startswith("fragment: field id of a fragment is missing")
-    assert "no JSON" in refused({"op": "fragment", "id": "f", "num": 0, "total": 1, "data": "nonsense"})
+    assert "not JSON" in refused({"op": "fragment", "id": "f", "num": 0, "total": 1, "data": "nonsense"})
 
 
 def test_pictures_of_a_client() -> None:
@@ -439,7 +439,7 @@ def test_blanks_are_passed_over() -> None:
     """Around messages and between them; those that JSON does not know are refused."""
     one = '{"op": "subscribe", "topic": "/t"}'
     assert Protocol(LIMITS).receive(f" \r\n\t{one}{' ' * 50_000}{one}\n") == [Subscribe(None, "/t")] * 2
-    assert "no JSON" in refused(f"\u2003{one}")
+    assert "not JSON" in refused(f"\u2003{one}")
 
 
 def test_a_picture_in_fragments() -> None:

@@ -203,7 +203,7 @@ def test_who_asks_again_has_one_connection(nodes: tuple[Node, Node], monkeypatch
 def test_datagrams_of_strangers_change_nothing(
     nodes: tuple[Node, Node], caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Bytes that are no message of the type are dropped and told of, once; the link lives on."""
+    """Bytes that are not a message of the type are dropped and told of, once; the link lives on."""
     talker, listener = nodes
     publisher = talker.publisher("/words", "std_msgs/String")
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)

@@ -287,9 +287,9 @@ def test_a_type_may_be_a_name_or_asked_of_the_provider(node):
     client = node.service_client("/set", None)
     assert client.type_name == "std_srvs/SetBool"
     assert client.call(data=True).success
-    with pytest.raises(LocalProtocolError, match="no service type"):
+    with pytest.raises(LocalProtocolError, match="not a service type"):
         node.service_client("/set", SetBool.Request)
-    with pytest.raises(LocalProtocolError, match="no service type"):
+    with pytest.raises(LocalProtocolError, match="not a service type"):
         node.service_server("/other", None, tell)
 
 

@@ -93,7 +93,7 @@ def test_every_option_is_handed_on(monkeypatch: pytest.MonkeyPatch, name: str) -
         assert what[0].frame == GIVEN["frame"]
     if "point_by_point" in given:
         assert how["mode"] is ExecutionMode.POINT_BY_POINT
-    if "degrees" in given:  # 720 degrees and 90 degrees are no radians
+    if "degrees" in given:  # 720 degrees and 90 degrees are not radians
         assert abs(what[0].data) < 13.0
         assert abs(what[0].angle) < 2.0
     assert not given - set(GIVEN)

@@ -81,7 +81,7 @@ def test_a_costmap_beyond_its_header_is_refused() -> None:
 def test_a_costmap_whose_place_is_no_number_is_refused(number: float) -> None:
     cells = np.zeros((2, 2), np.int8)
     for resolution, origin in ((number, Pose2D(0.0, 0.0)), (0.05, Pose2D(0.0, number))):
-        with pytest.raises(ValueError, match="no number"):
+        with pytest.raises(ValueError, match="not a number"):
             costmap_frames(cells, resolution, origin)
 
 
@@ -242,7 +242,7 @@ def test_sessions_have_a_bound_and_those_that_went_first_make_room() -> None:
         (ConnectionLost("gone"), 503, "connection-lost"),
         (ServiceError("/x", "no"), 502, "service-error"),
         (ChassisError("no"), 502, "chassis-error"),
-        (KeyError("x is no feed"), 404, "not-there"),
+        (KeyError("x is not a feed"), 404, "not-there"),
         (ValueError("not finite"), 422, "value"),
     ],
 )

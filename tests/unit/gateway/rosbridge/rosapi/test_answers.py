@@ -151,7 +151,7 @@ def test_what_is_denied_is_in_no_list(nodes: tuple[Node, Node]) -> None:
         ("/rosapi/topic_type", "text", "expected an object or a list"),
         ("/rosapi/set_param", {"name": "/a", "value": "x" * (1 << 21)}, "are the most"),
         ("/rosapi/topic_type", {"topic": "a b"}, "/rosapi/topic_type"),
-        ("/rosapi/message_details", {"type": "Nothing"}, "no type"),
+        ("/rosapi/message_details", {"type": "Nothing"}, "not a type"),
         ("/rosapi/message_details", {"type": "no_msgs/Nothing"}, "not known here"),
         ("/rosapi/service_request_details", {"type": "no_msgs/Nothing"}, "not known here"),
         ("/rosapi/service_request_details", {"type": "std_msgs/String"}, "not known here"),

@@ -44,7 +44,7 @@ def test_values_are_json(node: Node) -> None:
 
 
 def test_setting_deleting_searching(node: Node) -> None:
-    """A set value is read back; deleting twice is no error; names are sorted."""
+    """A set value is read back; deleting twice is not an error; names are sorted."""
     rosapi = Rosapi(node, OPEN)
     assert rosapi.call("/rosapi/set_param", {"name": "/new", "value": '{"a": [1, "x"]}'}) == {}
     assert node.params["/new/a"] == [1, "x"]
@@ -64,7 +64,7 @@ def test_setting_deleting_searching(node: Node) -> None:
     "value", ["", "{", "plain text", "null", "[" * 5000, '{"a": {}, "b/c": 1}', "1e99999x", "9" * 30]
 )
 def test_a_value_that_cannot_be_set_is_a_sentence(node: Node, value: str) -> None:
-    """Text that is no JSON, null, keys with slashes, numbers without end."""
+    """Text that is not JSON, null, keys with slashes, numbers without end."""
     with pytest.raises(RosapiError, match="parameter"):
         Rosapi(node, OPEN).call("/rosapi/set_param", {"name": "/x", "value": value})
     assert not node.params.has("/x")
