@@ -26,6 +26,7 @@ from woosh_pure.fleet.order.events import (
     ShutDown,
     StandingMeasured,
     StopEnded,
+    StoppedByOthers,
 )
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import Motion
@@ -77,7 +78,7 @@ class Watched(PureVehicle):
             assert not self.disk.full, "begun without a disk"
             assert any(r["action"]["actionId"] == name and r["status"] != "WAITING" for r in kept["records"])
             record = next(r for r in state.action_states if r.action.id == name)
-            assert not (record.of_order and state.held), "of an order that waits after a restart"
+            assert not (record.of_order and state.held), "of an order that is held"
             assert "HARD" not in self.running.values(), "beside a HARD action"
             if record.blocking == "HARD":
                 assert not self.running, f"a HARD action beside {self.running}"
@@ -238,8 +239,8 @@ class World:
         vehicle = self.vehicle
         kind = self.random.choices(
             ("drive", "act", "new", "update", "again", "cancel", "pause", "resume", "beep", "lost", "mode", "die", "retry", "end", "maps", "stand", "moves", "back",
-             "full", "room"),
-            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6, 1, 2, 25, 3, 4, 2, 5),
+             "full", "room", "stopped"),
+            (30, 20, 10, 12, 5, 4, 3, 6, 4, 2, 1, 2, 6, 1, 2, 25, 3, 4, 2, 5, 2),
         )[0]  # fmt: skip
         if kind == "drive":
             self.drive()
@@ -293,6 +294,9 @@ class World:
             vehicle.write()
         elif kind == "retry":
             vehicle.apply(RetryDue())
+        elif kind == "stopped":
+            vehicle.apply(StoppedByOthers())
+            assert vehicle.state.held or vehicle.state.ending or not vehicle.state.executing
 
     def settle(self) -> None:
         """All goes well from here on."""

@@ -102,6 +102,22 @@ def test_what_was_requested_before_a_stop_does_not_begin_after_it(sim, chassis, 
         chassis.move(0.05).wait(20)
 
 
+def test_a_stop_within_a_request_is_a_part_of_it(chassis):
+    """What the same call begins afterwards moves, unless somebody else has stopped the robot, too."""
+    request = chassis.request()
+    with request:
+        chassis.stop(timeout=2.0)
+        assert not request.overtaken
+        chassis.move(0.05).wait(20)
+    chassis.stop(timeout=2.0)
+    with request:
+        chassis.stop(timeout=2.0)
+        with pytest.raises(MotionRefused, match="stop\\(\\) was called"):
+            chassis.move(0.05)
+    assert request.overtaken
+    assert not request.renewed().overtaken
+
+
 def test_a_velocity_block_that_was_made_before_a_stop_does_not_open_after_it(chassis):
     block = chassis.velocity(bypasses_protection=True)
     chassis.stop(timeout=2.0)

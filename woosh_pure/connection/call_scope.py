@@ -33,15 +33,19 @@ class CallScope:
     Args:
         motions: The `ActiveMotions` of the Chassis that is called, which makes the scope in `request`.
         stops: Number of its stops now, when the call is asked for.
+        own_stops: The numbers of those that were made within it, which do not overtake it.
 
     Attributes:
-        motions, stops: As given.
+        motions, stops, own_stops: As given.
         things: The goals and velocity blocks.
         calling: Ends the service call that is waiting for its reply.
     """
 
-    def __init__(self, motions: ActiveMotions | None = None, stops: int = 0) -> None:
+    def __init__(
+        self, motions: ActiveMotions | None = None, stops: int = 0, own_stops: set[int] | None = None
+    ) -> None:
         self.motions, self.stops = motions, stops
+        self.own_stops: set[int] = set() if own_stops is None else own_stops
         self.things: list[object] = []
         self.calling = Cancellation()
         self._lock = threading.Lock()
@@ -58,10 +62,19 @@ class CallScope:
     ) -> None:
         _here.reset(self._before.pop())
 
+    def renewed(self) -> CallScope:
+        """Return the scope of another call of the same caller, asked for now. Stops within the one do not
+        overtake the other."""
+        return CallScope(self.motions, 0 if self.motions is None else self.motions.stops, self.own_stops)
+
     @property
     def overtaken(self) -> bool:
-        """Whether the Chassis was stopped since the call was asked for. Does not wait."""
-        return self.motions is not None and self.motions.stops != self.stops
+        """Whether somebody else has stopped the Chassis since the call was asked for. Does not wait."""
+        return self.motions is not None and self.overtaken_at(self.motions.stops)
+
+    def overtaken_at(self, stops: int) -> bool:
+        """Whether somebody else had stopped it when the number of stops was `stops`."""
+        return any(number not in self.own_stops for number in range(self.stops + 1, stops + 1))
 
     def __bool__(self) -> bool:
         """True when something was begun."""

@@ -6,7 +6,7 @@ the robot stands), or this is not known.
 
     the chassis's outcome, or our error                          report
     ------------------------------------------------------------------------------
-    arrived, failed, rejected, cancelled, replaced               ended
+    arrived, failed, rejected, cancelled, replaced               ended (`by_others` if not by this program)
     refused before anything was sent                             ended
     connection lost, timed out, cancel not sent or not confirmed not known
     any other error once sending has begun                       not known
@@ -26,7 +26,7 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.errors import FirmwareLimit, MotionRefused
-from woosh_pure.fleet.action_handlers.running_action import end_is_known
+from woosh_pure.fleet.action_handlers.running_action import end_is_known, ended_by_others
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.order.events import Drive, DriveEnded, StopEnded
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
@@ -90,7 +90,8 @@ class DriveRunner:
 
     def stop_all(self, after: float) -> None:
         """Stop all motion of the chassis after `after` seconds; returns at once. Its end is reported."""
-        self._begin(lambda: self._stop_all(after), "woosh:stop-all")
+        request = self._chassis.request()
+        self._begin(lambda: self._stop_all(after, request), "woosh:stop-all")
 
     def close(self) -> None:
         """Cancel the current drive, and start no others."""
@@ -112,12 +113,13 @@ class DriveRunner:
             _log.warning("! a drive was not cancelled: %s; the robot may still be driving", error)
             self._report(token, False, f"it was not cancelled: {error}", known=False)
 
-    def _stop_all(self, after: float) -> None:
+    def _stop_all(self, after: float, request: CallScope) -> None:
         if self._closing.wait(after):
             return
         standing = False
         try:
-            report = self._chassis.stop(everything=True, timeout=_STOP_SECONDS)
+            with request:
+                report = self._chassis.stop(everything=True, timeout=_STOP_SECONDS)
             standing = bool(report.standing)
             _log.warning("! how something that moves the robot ended is not known: %s", report.sentence())
         except RosError as error:
@@ -127,13 +129,13 @@ class DriveRunner:
     def _is_obsolete(self, token: int) -> bool:
         return self._closed or token != self._newest or token == self._halted
 
-    def _report(self, token: int, arrived: bool, text: str, *, known: bool) -> None:
+    def _report(self, token: int, arrived: bool, text: str, *, known: bool, by_others: bool = False) -> None:
         with self._lock:
             if token in self._open:
                 self._open.discard(token)
             else:
                 return  # already reported
-        self._report_end(DriveEnded(token, arrived, text, known))
+        self._report_end(DriveEnded(token, arrived, text, known, by_others))
 
     def _work(self, effect: Drive, request: CallScope) -> None:
         token = effect.token
@@ -158,7 +160,8 @@ class DriveRunner:
                 self._cancel(token, handle)
             outcome = handle.wait(None, raises=False)
             text = outcome.text or str(outcome.kind)
-            self._report(token, outcome.arrived, text, known=end_is_known(outcome))
+            known, by_others = end_is_known(outcome), ended_by_others(outcome)
+            self._report(token, outcome.arrived, text, known=known, by_others=by_others)
         except (_NotSent, MotionRefused, FirmwareLimit, ValueError) as error:
             self._report(token, False, str(error), known=True)
         except RosError as error:

@@ -124,6 +124,7 @@ class Vehicle:
             events.ScheduleRetry: lambda effect: self._due.update(retry=time.monotonic() + effect.after),
             events.PublishFactsheet: lambda effect: self._publish_factsheet(),
         }
+        self._calls = chassis.request()  # stops within it, and requests that are made within it, are our own
         self._thread: threading.Thread | None = None
         self._end_lease: Callable[[], object] = lambda: None
         self._moving = False
@@ -157,7 +158,8 @@ class Vehicle:
             self._lock_store()
             self._monitor.open()  # it must listen while an earlier drive is being stopped
             # A drive of the process before may still be under way: then it is stopped now.
-            self._carry_out(self._order.restore())
+            with self._calls.renewed():
+                self._carry_out(self._order.restore())
             if self._maps is not None:
                 self._maps.confirm(self.chassis)
                 self._use_maps()
@@ -236,7 +238,7 @@ class Vehicle:
         _log.debug("< %s %s, %d bytes", self.config.prefix, topic, len(payload))
         if self._journal is not None:
             self._journal.note(f"< {topic} {payload[:300]!r}")
-        call = self.chassis.request()
+        call = self._calls.renewed()
         self._inbox.add_message(self._read(topic, payload), call)
 
     def _read(self, topic: str, payload: bytes) -> Message:
@@ -278,15 +280,23 @@ class Vehicle:
     # -- the vehicle's thread --------------------------------------------------------------------------------
 
     def _run(self) -> None:
+        checked = self._calls.renewed()
         while (contents := self._inbox.wait()) is not None:
+            # Whatever begins now counts from here: a stop after this moment prevents it, an earlier one holds
+            # the order first. Stops of the vehicle itself do neither.
+            now = self._calls.renewed()
+            stopped, checked = checked.overtaken_at(now.stops), now
             try:
-                self._handle(contents)
-                self._on_time(time.monotonic())
+                with now:
+                    self._handle(contents, stopped=stopped)
+                    self._on_time(time.monotonic())
             except Exception:
                 _log.exception("! %s: an internal error; the vehicle goes on", self.config.prefix)
 
-    def _handle(self, contents: InboxContents) -> None:
+    def _handle(self, contents: InboxContents, *, stopped: bool) -> None:
         flags, robot_events, message, call = contents
+        if stopped:
+            self._apply(events.StoppedByOthers())
         if "lease" in flags:
             self._lease.hand_over()
         if flags & {"status", "motion", "lease"} or message is not None:
@@ -296,6 +306,8 @@ class Vehicle:
         if message is not None:
             with call:  # a stop of the chassis since its arrival prevents the drive that it begins
                 self._apply(message)
+            if call.overtaken:
+                self._apply(events.StoppedByOthers())
         self._check_waiting_for_rest()
         if "dropped" in flags and "dropped" not in self._due:
             self._due["dropped"] = 0.0

@@ -102,7 +102,9 @@ class ActiveMotions:
         """Return the scope of a call that is asked for now, to be carried out in any thread later: within
         it, a motion is refused if `stop` was called meanwhile. Does not wait.
         """
-        return CallScope(self, self.since)
+        scope = current()
+        own_stops = scope.own_stops if scope is not None and scope.motions is self else None
+        return CallScope(self, self.since, own_stops)
 
     @property
     def since(self) -> int:
@@ -110,8 +112,10 @@ class ActiveMotions:
 
         Verbs read it first of all.
         """
-        scope = current()
-        return scope.stops if scope is not None and scope.motions is self else self.stops
+        stops, scope = self.stops, current()
+        if scope is not None and scope.motions is self and scope.overtaken_at(stops):
+            return scope.stops
+        return stops
 
     def _under_way(self, goals: bool) -> Iterable[Stoppable]:
         return (*self._drives, *self.goals) if goals else self._drives
@@ -136,7 +140,7 @@ class ActiveMotions:
         """Carry out the stop or the end that a caller without stack has marked. Does not wait."""
         mark = self.stop_mark
         if mark[0]:
-            self.note_stop()
+            self._note_stop("stop() was called", None)  # whoever looks here is not who stops
             if self.moved:  # else there are no threads, and nothing of ours moves
                 report, self.marked_report = self.marked_report, _report_ahead()
                 self.executor.put(Job(partial(self._fill_in, report, *mark[1:]), _EXIT_SECONDS))
@@ -156,8 +160,14 @@ class ActiveMotions:
         Args:
             why: The reason, for outcomes and errors.
         """
+        return self._note_stop(why, current())
+
+    def _note_stop(self, why: str, scope: CallScope | None) -> StopRequest:
         mark = self.stop_mark  # read before the request: a mark that is made later stays
-        self._stops = next(self._count)
+        number = next(self._count)
+        if scope is not None and scope.motions is self:
+            scope.own_stops.add(number)  # before others see the number
+        self._stops = number
         request = self._immediate_stop.ask(StopRequest(why))
         mark[0] = False
         return request

@@ -122,6 +122,23 @@ def test_each_outcome_is_reported_for_what_is_known(
 
 
 @pytest.mark.parametrize(
+    ("kind", "by_us", "by_others"),
+    [
+        (OutcomeKind.CANCELLED, "", True),
+        (OutcomeKind.REPLACED, "", True),
+        (OutcomeKind.CANCELLED, "stop() was called", False),
+        (OutcomeKind.FAILED, "", False),
+    ],
+)
+def test_a_drive_that_others_ended_is_reported_as_such(
+    hands: Hands, kind: OutcomeKind, by_us: str, by_others: bool
+) -> None:
+    """Only so is a stop by another program known."""
+    hands.drive().outcome.put(Outcome(kind, "x", "preempted", by_us=by_us))
+    assert hands.ended.get(timeout=10.0).by_others is by_others
+
+
+@pytest.mark.parametrize(
     ("error", "known"),
     [
         (MotionRefused("not ready"), True),

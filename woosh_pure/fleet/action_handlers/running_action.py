@@ -69,6 +69,12 @@ def end_is_known(outcome: Outcome) -> bool:
     return outcome.kind not in open_ended and outcome.text != NOT_CONFIRMED
 
 
+def ended_by_others(outcome: Outcome) -> bool:
+    """Whether another program, or the robot itself, has cancelled or replaced a goal. A stop of the robot by
+    another program is seen only by this."""
+    return outcome.kind in (OutcomeKind.CANCELLED, OutcomeKind.REPLACED) and not outcome.by_us
+
+
 Handler = Callable[[Task], "str | None"]
 
 
@@ -111,6 +117,7 @@ class ActionRunner:
 
     def _work(self, task: Task, request: CallScope) -> None:
         ok, known, text, action = False, True, "", task.action
+        by_others = False
         try:
             with request:
                 text = str(self._handlers[action.type](task) or "")
@@ -119,10 +126,10 @@ class ActionRunner:
             text = str(error) or type(error).__name__
             known = not isinstance(error, (ConnectionLost, RosTimeout))
             if isinstance(error, GoalFailed):
-                known = end_is_known(error.outcome)
+                known, by_others = end_is_known(error.outcome), ended_by_others(error.outcome)
             if not isinstance(error, (RosError, ValueError, OSError)):
                 _log.exception("! the action %s has failed", action.type)
-        self._report(ActionEnded(action.id, ok, text, known))
+        self._report(ActionEnded(action.id, ok, text, known, by_others))
 
     def forget(self, action_id: str) -> None:
         """Forget an action that has ended."""

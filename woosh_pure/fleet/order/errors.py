@@ -30,7 +30,7 @@ class ErrorType:
     DRIVE = "driveError"  # a node was not reached
     STILL_MOVING = "stillMoving"  # a cancel or pause waits, because the vehicle is not measured standing
     SPEED = "speedExceeded"  # it drove faster than the edge allows
-    HELD = "orderHeld"  # after a restart of this program: it waits for stopPause or cancelOrder
+    HELD = "orderHeld"  # after a restart or a stop by somebody else: it waits for stopPause or cancelOrder
     ROBOT_LOST = "robotLost"  # no messages of the chassis arrive
     STORAGE = "storageError"  # orders cannot be kept on disk
     DROPPED = "messagesDropped"  # they arrived faster than they are read

@@ -53,12 +53,14 @@ class DriveEnded:
         arrived: Whether the chassis reports an arrival.
         text: Why it did not arrive.
         known: False if the chassis may still be driving: the link was lost, or the end was not confirmed.
+        by_others: Whether another program or the robot itself has cancelled or replaced it.
     """
 
     token: int
     arrived: bool
     text: str = ""
     known: bool = True
+    by_others: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,12 +79,18 @@ class StopEnded:
 
 @dataclass(frozen=True, slots=True)
 class ActionEnded:
-    """An action has ended; `known` as in `DriveEnded`."""
+    """An action has ended; `known` and `by_others` as in `DriveEnded`."""
 
     action_id: str
     ok: bool
     text: str = ""
     known: bool = True
+    by_others: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class StoppedByOthers:
+    """Somebody else has stopped the chassis: a person, or another part of the program."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +146,7 @@ class ShutDown:
 
 Event = (
     Order | InstantActions | MalformedMessage | PositionMeasured | StandingMeasured | ContactChanged
-    | DriveEnded | DriveTooFast | StopEnded | ActionEnded | ModeChanged | MapsChanged
+    | DriveEnded | DriveTooFast | StopEnded | ActionEnded | StoppedByOthers | ModeChanged | MapsChanged
     | RetryDue | DiskFailed | DiskRecovered | ProblemChanged | Restarted | ShutDown
 )  # fmt: skip
 

@@ -8,6 +8,9 @@ The start of the program moves nothing. A clean end of the program ends the orde
 other end the order is restored (`Restarted`) and held: it is reported as paused, and its actions wait, until
 the fleet manager sends stopPause or cancelOrder. Motions that may be under way are stopped. Actions that ran
 are FAILED, because their outcome is not known; they are not started again.
+
+When somebody else stops the robot, the order is held in the same way (`StoppedByOthers`): the drive is
+halted, nothing of the order begins, and actions that are waiting to move the robot fail.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from typing import Any
 from woosh_pure.fleet.messages.elements import Action, InstantActions, Order
 from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState
-from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
+from woosh_pure.fleet.order.errors import ErrorType, Problem
 from woosh_pure.fleet.order.events import Effects, Event, PublishFactsheet
 from woosh_pure.fleet.order.rejection import (
     instant_action_problem,
@@ -125,7 +128,7 @@ def _cancel_order(change: Transition, action: Action) -> None:
 
 def _stop_pause(change: Transition, action: Action) -> None:
     change.set_action(action.id, ActionStatus.FINISHED)
-    change.release(Hold.PAUSED, Hold.RESTARTED)
+    change.release(Hold.PAUSED, Hold.HELD)
     end_pauses(change, ActionStatus.FAILED)
     change.forget_failures()
 
@@ -157,6 +160,8 @@ def _drive_ended(change: Transition, event: events.DriveEnded) -> None:
         change.update(too_fast="")
     if event.arrived and reached(change.state, drive.node):
         change.traverse()
+    elif event.by_others:
+        _hold_stopped(change, event.text)
     elif too_fast or not halted:
         text = too_fast or event.text or "it ended beside the node, out of the node's deviation range"
         change.drive_failed(drive, text)
@@ -190,6 +195,19 @@ def _action_ended(change: Transition, event: events.ActionEnded) -> None:
         change.update(last_node=last_node, last_sequence=0)
     if not event.ok and not ended.ending:
         change.report_failed_action(ended, event.text)
+        if event.by_others:
+            _hold_stopped(change, event.text)
+
+
+def _hold_stopped(change: Transition, text: str) -> None:
+    """Somebody has stopped the robot: nothing that was asked for before moves it any more."""
+    for each in change.state.instant_actions():
+        if each.status is ActionStatus.WAITING and change.state.moves(each):
+            never = "the robot was stopped before it began; send it again"
+            change.set_action(each.action.id, ActionStatus.FAILED, never)
+            change.report_failed_action(each, never)
+    if change.state.executing and not change.state.ending:
+        change.hold_order(f"somebody stopped the robot during this order, which waits now: {text}")
 
 
 # -- the vehicle itself --------------------------------------------------------------------------------------
@@ -230,11 +248,8 @@ def _restarted(change: Transition, event: events.Restarted) -> None:
     state = change.state
     pending = any(not each.status.final for each in state.actions_here())
     if (pending or any(node.released for node in state.nodes)) and not state.ending:
-        change.hold(Hold.RESTARTED)
-        text = "the vehicle's software was restarted while it carried out this order, which waits now"
-        hint = "stopPause goes on, cancelOrder gives it up"
-        change.set_problem(
-            "held", Problem(ErrorType.HELD, text, change.order_references(), Level.WARNING, hint)
+        change.hold_order(
+            "the vehicle's software was restarted while it carried out this order, which waits now"
         )
 
 
@@ -272,6 +287,7 @@ _EVENTS: Mapping[type, Callable[[Transition, Any], None]] = {
     events.DriveTooFast: _drive_too_fast,
     events.StopEnded: _stop_ended,
     events.ActionEnded: _action_ended,
+    events.StoppedByOthers: lambda change, event: _hold_stopped(change, "stop() was called"),
     events.RetryDue: lambda change, event: change.release(Hold.FAILED),
     events.ModeChanged: _mode,
     events.MapsChanged: _maps_changed,

@@ -90,8 +90,8 @@ class OrderState(NamedTuple):
 
     @property
     def held(self) -> bool:
-        """Whether the order was restored after a restart and waits for stopPause or cancelOrder."""
-        return Hold.RESTARTED in self.set_holds
+        """Whether the order waits for stopPause or cancelOrder, after a restart or a stop of somebody."""
+        return Hold.HELD in self.set_holds
 
     @property
     def driving(self) -> bool:

@@ -9,7 +9,9 @@ A hold prevents activities of the vehicle until it is released; several may be s
     hold            set by                          released by
     -------------------------------------------------------------------------------------------------
     PAUSED          startPause                      stopPause
-    RESTARTED       a restart of our program        stopPause, a new order, the end of the order
+    HELD            a restart of our program, or a  stopPause, a new order, the end of the order
+                    stop by somebody else, during
+                    the order
     FAILED          a drive that failed             time, stopPause, a new order, the end of the order
     DISK            a write that failed             a write that succeeded
     TOO_FAST        an edge's maxSpeed, exceeded    the end of that drive
@@ -90,7 +92,7 @@ class Hold(Enum):
     """A reason that prevents activities of the vehicle."""
 
     PAUSED = "startPause"
-    RESTARTED = "this program was restarted during the order"
+    HELD = "this program was restarted, or somebody else stopped the robot, during the order"
     FAILED = "a drive has failed"
     DISK = "the state cannot be written on disk"
     TOO_FAST = "the vehicle is faster than its edge allows"
@@ -136,7 +138,7 @@ RUNNING  !        +         +
 
 PREVENTED_ACTIVITIES = {
     Hold.PAUSED: {Activity.CONTINUE_DRIVE, Activity.START_DRIVE, Activity.START_MOVING_ACTION},
-    Hold.RESTARTED: {Activity.CONTINUE_DRIVE, Activity.START_DRIVE, Activity.START_ORDER_ACTION},
+    Hold.HELD: {Activity.CONTINUE_DRIVE, Activity.START_DRIVE, Activity.START_ORDER_ACTION},
     Hold.FAILED: {Activity.START_DRIVE},
     Hold.DISK: {
         Activity.START_DRIVE,

@@ -98,10 +98,17 @@ class Transition:
         """Set a hold."""
         self.update(set_holds=self.state.set_holds | {hold})
 
+    def hold_order(self, text: str) -> None:
+        """Hold the order until stopPause or cancelOrder, and report why."""
+        self.hold(Hold.HELD)
+        hint = "stopPause goes on, cancelOrder gives it up"
+        problem = Problem(ErrorType.HELD, text, self.order_references(), Level.WARNING, hint)
+        self.set_problem("held", problem)
+
     def release(self, *holds: Hold) -> None:
         """Release holds and remove their problems."""
         self.update(set_holds=self.state.set_holds - set(holds))
-        for hold, key in ((Hold.RESTARTED, "held"), (Hold.FAILED, "drive"), (Hold.DISK, "disk")):
+        for hold, key in ((Hold.HELD, "held"), (Hold.FAILED, "drive"), (Hold.DISK, "disk")):
             if hold in holds:
                 self.set_problem(key, None)
 
@@ -146,7 +153,7 @@ class Transition:
             on_edge=False,
             failures=0,
         )
-        self.release(Hold.RESTARTED, Hold.FAILED)
+        self.release(Hold.HELD, Hold.FAILED)
         self._add_actions(order.nodes, order.edges)
         first = order.nodes[0]
         if first.position is None or within_deviation(self.state.position, first, self.state.limits):
@@ -201,7 +208,7 @@ class Transition:
         self.update(
             phase=next_phase(self.state.phase, OrderEvent.OVER), nodes=(), edges=(), cancels=(), on_edge=False
         )
-        self.release(Hold.RESTARTED, Hold.FAILED)
+        self.release(Hold.HELD, Hold.FAILED)
         for name in ended:
             self.set_action(name, cancels)
 

@@ -9,11 +9,13 @@ from tests.support.fleet_orders import finish_order, kinds
 from woosh_pure.fleet.order.events import (
     ActionEnded,
     ContactChanged,
+    DriveEnded,
     DriveTooFast,
     ModeChanged,
     PositionMeasured,
     RetryDue,
     StandingMeasured,
+    StoppedByOthers,
 )
 from woosh_pure.fleet.order.state import first_state
 
@@ -292,3 +294,77 @@ def test_no_order_is_taken_before_a_cancel_has_ended() -> None:
     assert (vehicle.status("x"), vehicle.status("y")) == ("FINISHED", "FINISHED")
     vehicle.order("late", nodes="ab")
     assert vehicle.drives == ["b"]
+
+
+# -- a stop by somebody else -----------------------------------------------------------------------------------
+
+
+def test_a_stop_by_somebody_holds_the_order_until_stop_pause(vehicle: PureVehicle) -> None:
+    """The drive is not tried again, and time, measurements and an update do not release it."""
+    vehicle.order(nodes="abc", released=2)
+    vehicle.apply(StoppedByOthers())
+    vehicle.stop()
+    assert (kinds(vehicle), vehicle.retries) == (["orderHeld"], [])
+    (problem,) = vehicle.state.problems
+    assert "somebody stopped the robot" in problem.description
+    assert problem.references["orderId"] == "o"
+    vehicle.apply(RetryDue())
+    vehicle.order(update=1, nodes="bc", first=2)
+    vehicle.place(1.0)
+    assert vehicle.drives == ["b"]
+    vehicle.instant(action("r", "stopPause"))
+    assert (vehicle.drives, kinds(vehicle)) == (["b", "b"], [])
+    finish_order(vehicle)
+    assert vehicle.state.last_node == "c"
+
+
+def test_an_order_that_a_stop_holds_can_be_cancelled(vehicle: PureVehicle) -> None:
+    """And a new one drives: it is asked for after the stop."""
+    vehicle.order(nodes="ab")
+    vehicle.apply(StoppedByOthers())
+    vehicle.stop()
+    vehicle.instant(action("x", "cancelOrder"))
+    assert (vehicle.status("x"), kinds(vehicle)) == ("FINISHED", [])
+    vehicle.order("p", nodes="ab")
+    assert vehicle.drives == ["b", "b"]
+
+
+def test_a_drive_that_another_program_ended_holds_the_order(vehicle: PureVehicle) -> None:
+    """`woosh stop` on another computer, or another client: only the outcome of the drive shows it."""
+    vehicle.order(nodes="ab")
+    assert vehicle.drive is not None
+    vehicle.apply(DriveEnded(vehicle.drive.token, False, "preempted", by_others=True))
+    vehicle.drive = None
+    vehicle.rest()
+    vehicle.apply(RetryDue())
+    assert (kinds(vehicle), vehicle.drives) == (["orderHeld"], ["b"])
+    vehicle.instant(action("r", "stopPause"))
+    assert vehicle.drives == ["b", "b"]
+
+
+def test_an_action_that_another_program_ended_holds_the_order(vehicle: PureVehicle) -> None:
+    """It has failed, and what follows waits."""
+    vehicle.order(nodes="ab", node_actions={"a": [action("d", "dock", "HARD"), action("later")]})
+    vehicle.apply(ActionEnded("d", False, "preempted", by_others=True))
+    vehicle.rest()
+    assert sorted(kinds(vehicle)) == ["orderActionError", "orderHeld"]
+    assert (vehicle.begun, vehicle.drives) == (["d"], [])
+    vehicle.instant(action("r", "stopPause"))
+    assert vehicle.begun == ["d", "later"]
+
+
+def test_after_a_stop_an_action_that_was_waiting_to_move_the_robot_does_not(vehicle: PureVehicle) -> None:
+    """It fails, also without an order; one that is sent after the stop begins."""
+    vehicle.instant(action("w", "weld", "HARD"), action("d", "dock", "HARD"))
+    vehicle.apply(StoppedByOthers())
+    assert vehicle.status("d") == "FAILED"
+    vehicle.finish("w")
+    vehicle.instant(action("d2", "dock", "HARD"))
+    assert vehicle.begun == ["w", "d2"]
+
+
+def test_after_a_stop_without_an_order_the_next_one_drives(vehicle: PureVehicle) -> None:
+    """What is asked for afterwards drives."""
+    vehicle.apply(StoppedByOthers())
+    vehicle.order(nodes="ab")
+    assert (vehicle.drives, kinds(vehicle)) == (["b"], [])
