@@ -15,6 +15,7 @@ if sys.platform == "win32":
 
 from rosproto import Node
 from tests.support.terminal import ELSEWHERE, LAUNCH, Terminal
+from woosh_pure import Chassis
 from woosh_pure.geometry import Pose2D
 
 pytestmark = pytest.mark.whole
@@ -300,6 +301,30 @@ def test_keys_pressed_before_the_drive_is_open_move_nothing(slow):
         for _ in range(20):
             assert standing(slow)
             time.sleep(0.02)
+        terminal.send("q")
+        assert terminal.exit_code() == 0
+
+
+@pytest.mark.promise("a stop while a motion is being prepared")
+def test_a_stop_by_another_program_while_the_drive_is_opened_keeps_it_from_driving(slow):
+    """Keys that were pressed before it move nothing; one that is pressed after it does."""
+    with (
+        drive(slow, "--feedback-timeout", "2", "--direct") as terminal,
+        Chassis(slow.master_uri) as other,
+    ):
+        terminal.wait_for("Type yes to drive:")
+        slow.fall_silent(3.0)  # the drive opens when the measured velocity is heard
+        terminal.send("yes\n")
+        terminal.wait_for("any other key: stop")
+        terminal.send(UP * 3)
+        other.stop(everything=True, timeout=0.5)
+        assert "sent" not in terminal.text, "the drive was open before the stop"
+        terminal.wait_for("sent +0.00")
+        end = time.monotonic() + 1.0
+        while time.monotonic() < end:
+            assert standing(slow)
+            time.sleep(0.02)
+        hold(terminal, UP, slow, lambda: wanted(slow) > 0.05)
         terminal.send("q")
         assert terminal.exit_code() == 0
 
