@@ -13,7 +13,7 @@ from rosproto.version import __version__
 from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.config import VehicleConfig
-from woosh_pure.fleet.messages import parsing
+from woosh_pure.fleet.messages import elements, parsing
 from woosh_pure.fleet.messages.elements import Node
 from woosh_pure.fleet.messages.parsing import timestamp
 from woosh_pure.fleet.order.action_states import BUILT_IN, SupportedAction
@@ -230,12 +230,12 @@ def factsheet_message(
             "width": max(ys) - min(ys), "length": max(xs) - min(xs),
         },
         "protocolLimits": {
-            "maxStringLens": {"msgLen": parsing.MOST_BYTES, "idLen": parsing.LONGEST_ID,
+            "maxStringLens": {"msgLen": parsing.MOST_BYTES, "idLen": elements.LONGEST_ID,
             "idNumericalOnly": False}, "maxArrayLens": {
-                "order.nodes": parsing.MOST_NODES, "order.edges": parsing.MOST_NODES - 1,
-                "node.actions": parsing.MOST_ACTIONS, "edge.actions": parsing.MOST_ACTIONS,
-                "actions.actionsParameters": parsing.MOST_PARAMETERS, "instantActions":
-                parsing.MOST_ACTIONS,
+                "order.nodes": elements.MOST_NODES, "order.edges": elements.MOST_NODES - 1,
+                "node.actions": elements.MOST_ACTIONS, "edge.actions": elements.MOST_ACTIONS,
+                "actions.actionsParameters": elements.MOST_PARAMETERS, "instantActions":
+                elements.MOST_ACTIONS,
             },
             "timing": timing,
         },

@@ -1,10 +1,96 @@
-"""Orders and instant actions as values: Order, Node, Edge, Action (6.6.6, 6.9). Pure."""
+"""Orders and instant actions as values: Order, Node, Edge, Action (6.6.6, 6.9). Pure.
+
+The annotations of the fields have the checks of their JSON values, see `rosproto.json_fields`. Version 2.1
+only adds fields to 2.0, so one class serves both.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, NamedTuple
+
+from rosproto.json_fields import REQUIRED, Check, FieldError, Reader, fits, listed, whole
+
+MOST_NODES = 1000
+MOST_ACTIONS = 100  # of a node, an edge, or a message of instant actions
+MOST_PARAMETERS = 100
+LONGEST_ID = 256
+_LONGEST_TEXT = 4096
+_UINT32 = 2**32 - 1
+_PI = math.pi + 1e-6
+
+
+def _is_number(value: Any) -> bool:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return False
+    return abs(value) <= 1e300 and math.isfinite(value)
+
+
+def _number(least: float, most: float, expected: str) -> Check:
+    check = fits(lambda value, _: _is_number(value) and least <= value <= most, expected)
+    return lambda value, longest: float(check(value, longest))
+
+
+def _text(most: int) -> Check:
+    return fits(lambda v, _: isinstance(v, str) and len(v) <= most, f"a text of at most {most} characters")
+
+
+def _one_of(*words: str) -> Check:
+    return fits(lambda value, _: value in words, f"{', '.join(words[:-1])} or {words[-1]}")
+
+
+def _is_value(value: Any, _longest: int) -> bool:
+    return isinstance(value, (bool, str, list, dict)) or _is_number(value)
+
+
+_angle = _number(-_PI, _PI, "an angle of -pi to pi")
+_object = fits(lambda value, _: isinstance(value, dict), "an object")
+Id = Annotated[str, _text(LONGEST_ID)]
+Text = Annotated[str, _text(_LONGEST_TEXT)]
+Flag = Annotated[bool, fits(lambda value, _: isinstance(value, bool), "true or false")]
+Count = Annotated[int, whole(0, _UINT32, f"a whole number of 0 to {_UINT32}")]
+Number = Annotated[float, _number(-math.inf, math.inf, "a number")]
+Distance = Annotated[float, _number(0.0, math.inf, "a number of at least 0")]
+Angle = Annotated[float, _angle]
+Value = Annotated[Any, fits(_is_value, "a list, an object, a text, a number, true or false")]
+
+
+class Header(NamedTuple):
+    """The header of each message."""
+
+    header: Annotated[Count, "headerId"]
+    timestamp: Text
+    version: Text
+    manufacturer: Text
+    serial: Annotated[Text, "serialNumber"]
+
+
+class _Parameter(NamedTuple):
+    key: Id
+    value: Value
+
+
+_read_parameters = listed(Reader(_Parameter, null=True), MOST_PARAMETERS, "a list of parameters")
+
+
+def _parameters(value: Any, longest: int) -> dict[str, Any]:
+    given = _read_parameters(value, longest)
+    repeated = first_repeated(each.key for each in given)
+    if repeated is not None:
+        raise FieldError("", "each key once", f"{repeated} more than once")
+    return {each.key: each.value for each in given}
+
+
+def first_repeated(keys: Iterable[str]) -> str | None:
+    """The first key that repeats an earlier one; None if all differ."""
+    seen: set[str] = set()
+    for key in keys:
+        if key in seen:
+            return key
+        seen.add(key)
+    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,11 +104,11 @@ class Action:
         description: Free text.
     """
 
-    id: str
-    type: str
-    blocking: str = "NONE"
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    description: str = ""
+    id: Annotated[Id, "actionId"]
+    type: Annotated[Id, "actionType"]
+    blocking: Annotated[str, _one_of("NONE", "SOFT", "HARD"), "blockingType", REQUIRED] = "NONE"
+    parameters: Annotated[Mapping[str, Any], _parameters, "actionParameters"] = field(default_factory=dict)
+    description: Annotated[Text, "actionDescription"] = ""
 
     def to_json(self) -> dict[str, Any]:
         """The JSON object of an order message."""
@@ -31,6 +117,14 @@ class Action:
             found["actionDescription"] = self.description
         found["actionParameters"] = [{"key": key, "value": value} for key, value in self.parameters.items()]
         return found
+
+
+def _turn(value: Any, longest: int) -> float:
+    return abs(float(_angle(value, longest)))
+
+
+ACTION = Reader(Action, null=True)
+_actions = listed(ACTION, MOST_ACTIONS, "a list of actions")
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +136,13 @@ class NodePosition:
         deviation_theta: Allowed deviation of the heading in rad; None is the vehicle's own tolerance.
     """
 
-    x: float
-    y: float
-    theta: float | None
-    map_id: str
-    deviation_xy: float = 0.0
-    deviation_theta: float | None = None
+    x: Number
+    y: Number
+    map_id: Annotated[Id, "mapId"]
+    theta: Angle | None = None
+    deviation_xy: Annotated[Distance, "allowedDeviationXY"] = 0.0
+    deviation_theta: Annotated[float | None, _turn, "allowedDeviationTheta"] = None
+    description: Annotated[Text, "mapDescription"] = ""
 
     def to_json(self) -> dict[str, Any]:
         """The JSON object of an order message."""
@@ -61,16 +156,26 @@ class NodePosition:
         return found
 
 
+_read_position = Reader(NodePosition, null=True)
+
+
+def _position(value: Any, longest: int) -> NodePosition:
+    """The schema of 2.0 spells one field differently from its text, and from 2.1."""
+    if isinstance(value, dict) and "allowedDeviationXY" not in value and "allowedDeviationXy" in value:
+        value = {**value, "allowedDeviationXY": value["allowedDeviationXy"]}
+    return _read_position(value, longest)
+
+
 @dataclass(frozen=True, slots=True)
 class Node:
     """A node of an order."""
 
-    id: str
-    sequence: int
-    released: bool
-    position: NodePosition | None = None
-    actions: tuple[Action, ...] = ()
-    description: str = ""
+    id: Annotated[Id, "nodeId"]
+    sequence: Annotated[Count, "sequenceId"]
+    released: Flag
+    position: Annotated[NodePosition | None, _position, "nodePosition"] = None
+    actions: Annotated[tuple[Action, ...], _actions, REQUIRED] = ()
+    description: Annotated[Text, "nodeDescription"] = ""
 
     def to_json(self) -> dict[str, Any]:
         """The JSON object of an order message."""
@@ -91,13 +196,13 @@ class Edge:
         options: Its other fields (maxSpeed, orientation, trajectory ...), by the names of the standard.
     """
 
-    id: str
-    sequence: int
-    released: bool
-    start: str
-    end: str
+    id: Annotated[Id, "edgeId"]
+    sequence: Annotated[Count, "sequenceId"]
+    released: Flag
+    start: Annotated[Id, "startNodeId"]
+    end: Annotated[Id, "endNodeId"]
     options: Mapping[str, Any] = field(default_factory=dict)
-    actions: tuple[Action, ...] = ()
+    actions: Annotated[tuple[Action, ...], _actions, REQUIRED] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The JSON object of an order message."""
@@ -108,16 +213,44 @@ class Edge:
         }  # fmt: skip
 
 
+NODE = Reader(Node, null=True)
+
+
+class _EdgeOptions(NamedTuple):
+    description: Annotated[Text, "edgeDescription"] = ""
+    max_speed: Annotated[Number, "maxSpeed"] = 0.0
+    max_height: Annotated[Number, "maxHeight"] = 0.0
+    min_height: Annotated[Number, "minHeight"] = 0.0
+    orientation: Angle = 0.0
+    orientation_type: Annotated[str, _one_of("GLOBAL", "TANGENTIAL"), "orientationType"] = ""
+    direction: Text = ""
+    rotation_allowed: Annotated[Flag, "rotationAllowed"] = True
+    max_rotation_speed: Annotated[Number, "maxRotationSpeed"] = 0.0
+    length: Number = 0.0
+    trajectory: Annotated[Mapping[str, Any], _object] = {}
+    corridor: Annotated[Mapping[str, Any], _object] = {}
+
+
+_read_edge, _read_options = Reader(Edge, null=True), Reader(_EdgeOptions, null=True)
+
+
+def read_edge(value: Any, longest: int = 0) -> Edge:
+    """An edge with its options as they are in JSON."""
+    edge = _read_edge(value, longest)
+    _read_options(value, longest)
+    return replace(edge, options={name: value[name] for name, *_ in _read_options.fields if name in value})
+
+
 @dataclass(frozen=True, slots=True)
 class Order:
     """A well-formed order or order update."""
 
-    id: str
-    update: int
-    nodes: tuple[Node, ...]
-    edges: tuple[Edge, ...] = ()
-    zone_set: str = ""
-    header: int = 0
+    id: Annotated[Id, "orderId"]
+    update: Annotated[Count, "orderUpdateId"]
+    nodes: Annotated[tuple[Node, ...], listed(NODE, MOST_NODES)]
+    edges: Annotated[tuple[Edge, ...], listed(read_edge, MOST_NODES), REQUIRED] = ()
+    zone_set: Annotated[Text, "zoneSetId"] = ""
+    header: Annotated[Count, "headerId", REQUIRED] = 0
 
     @property
     def references(self) -> dict[str, str]:
@@ -138,5 +271,5 @@ class Order:
 class InstantActions:
     """A message of instant actions."""
 
-    actions: tuple[Action, ...]
-    header: int = 0
+    actions: Annotated[tuple[Action, ...], listed(ACTION, MOST_ACTIONS)]
+    header: Annotated[Count, "headerId", REQUIRED] = 0

@@ -1,11 +1,10 @@
 """Parse orders and instant actions from JSON. Pure.
 
-The tables list the fields of chapters 6.6.6 and 6.9 with the kind of their values; `!` marks required fields.
-Unknown fields are ignored, as by the schemas of the standard. Version 2.1 only adds fields to 2.0, so one
-table serves both.
+`elements.py` has the fields of chapters 6.6.6 and 6.9. Unknown fields are ignored, as by the schemas of the
+standard.
 
-A message that does not fit its table raises `Invalid` with the field, the expected and the received value. So
-does an order with a wrong structure (6.6.1, 6.6.2): there must be one edge fewer than nodes, each between its
+A message that does not fit raises `Invalid` with the field, the expected and the received value. So does an
+order with a wrong structure (6.6.1, 6.6.2): there must be one edge fewer than nodes, each between its
 two nodes; sequence ids count up by one over nodes and edges; the first node is released, and nothing after an
 unreleased element is; each actionId is unique. `order/rejection.py` rejects well-formed orders that cannot be
 obeyed.
@@ -14,23 +13,28 @@ obeyed.
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime, timezone
-from typing import Any
+from typing import Any, TypeVar
 
+from rosproto.json_fields import MISSING, Expected, FieldError, Reader
 from rosproto.text import printable, short
-from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, NodePosition, Order
+from woosh_pure.fleet.messages import elements
+from woosh_pure.fleet.messages.elements import (
+    ACTION,
+    NODE,
+    Action,
+    Edge,
+    Header,
+    InstantActions,
+    Node,
+    Order,
+    first_repeated,
+)  # fmt: skip
 
 MOST_BYTES = 1_000_000
 """Largest message; `msgLen` of the factsheet."""
-MOST_NODES = 1000
-MOST_ACTIONS = 100  # of a node, an edge, or a message of instant actions
-MOST_PARAMETERS = 100
-LONGEST_ID = 256
-_LONGEST_TEXT = 4096
-_UINT32 = 2**32 - 1
-_PI = math.pi + 1e-6
+T = TypeVar("T")
 
 
 class Invalid(ValueError):
@@ -48,97 +52,25 @@ class Invalid(ValueError):
         super().__init__(f"{path or 'the message'}: expected {expected}, got {self.got}")
 
 
-ACTION = {
-    "actionType": "id!", "actionId": "id!", "actionDescription": "text", "blockingType": "blocking!",
-    "actionParameters": "parameters",
-}  # fmt: skip
-POSITION = {
-    "x": "number!", "y": "number!", "theta": "angle", "allowedDeviationXY": "positive",
-    "allowedDeviationXy": "positive", "allowedDeviationTheta": "angle", "mapId": "id!",
-    "mapDescription": "text",
-}  # fmt: skip
-NODE = {
-    "nodeId": "id!", "sequenceId": "whole!", "nodeDescription": "text", "released": "flag!",
-    "nodePosition": "position", "actions": "actions!",
-}  # fmt: skip
-EDGE = {
-    "edgeId": "id!", "sequenceId": "whole!", "edgeDescription": "text", "released": "flag!",
-    "startNodeId": "id!", "endNodeId": "id!", "maxSpeed": "number", "maxHeight": "number",
-    "minHeight": "number", "orientation": "angle", "orientationType": "orientation type", "direction":
-    "text", "rotationAllowed": "flag", "maxRotationSpeed": "number", "length": "number", "trajectory":
-    "object", "corridor": "object", "actions": "actions!",
-}  # fmt: skip
-HEADER = {
-    "headerId": "whole!", "timestamp": "text!", "version": "text!", "manufacturer": "text!",
-    "serialNumber": "text!",
-}  # fmt: skip
-ORDER = {
-    **HEADER, "orderId": "id!", "orderUpdateId": "whole!", "zoneSetId": "text", "nodes": "list!",
-    "edges": "list!",
-}  # fmt: skip
-INSTANT_ACTIONS = {**HEADER, "actions": "list!"}
-PARAMETER = {"key": "id!", "value": "value!"}
+_HEADER, _ORDER = Reader(Header, null=True), Reader(Order, null=True)
+_INSTANT_ACTIONS = Reader(InstantActions, null=True)
 
 
-def check(raw: Any, table: Mapping[str, str], path: str) -> None:
-    """Raise `Invalid` for the first field that does not fit."""
-    if not isinstance(raw, dict):
-        raise Invalid(path, "an object", raw)
-    for key, kind in table.items():
-        if key not in raw and not kind.endswith("!"):
-            continue
-        where = f"{path}.{key}" if path else key
-        fits, words = _KINDS[kind.rstrip("!")]
-        require(key in raw and fits(raw[key]), where, words, raw.get(key, "nothing"))
-        if kind == "position":
-            check(raw[key], POSITION, where)
-        elif kind == "parameters":
-            for n, each in enumerate(raw[key]):
-                check(each, PARAMETER, f"{where}[{n}]")
+def _read(check: Callable[[Any], T], raw: Any, path: str = "") -> T:
+    try:
+        return check(raw)
+    except Expected as error:
+        raise Invalid(path, str(error), raw) from None
+    except FieldError as error:
+        error = error.inside(path) if path else error
+        got = "nothing" if error.value is MISSING else error.value
+        raise Invalid(error.path, error.expected, got) from None
 
 
 def require(fits: bool, path: str, expected: str, got: object) -> None:
     """Raise `Invalid` unless `fits`."""
     if not fits:
         raise Invalid(path, expected, got)
-
-
-def _is_number(value: Any) -> bool:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return False
-    return abs(value) <= 1e300 and math.isfinite(value)
-
-
-_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "id": (
-        lambda v: isinstance(v, str) and len(v) <= LONGEST_ID,
-        f"a text of at most {LONGEST_ID} characters",
-    ),
-    "text": (
-        lambda v: isinstance(v, str) and len(v) <= _LONGEST_TEXT,
-        f"a text of at most {_LONGEST_TEXT} characters",
-    ),
-    "number": (_is_number, "a number"),
-    "positive": (lambda v: _is_number(v) and v >= 0.0, "a number of at least 0"),
-    "angle": (lambda v: _is_number(v) and abs(v) <= _PI, "an angle of -pi to pi"),
-    "whole": (
-        lambda v: _is_number(v) and float(v).is_integer() and 0 <= v <= _UINT32,
-        f"a whole number of 0 to {_UINT32}",
-    ),
-    "flag": (lambda v: isinstance(v, bool), "true or false"),
-    "list": (lambda v: isinstance(v, list), "a list"),
-    "actions": (lambda v: isinstance(v, list), "a list of actions"),
-    "parameters": (lambda v: isinstance(v, list) and len(v) <= MOST_PARAMETERS, "a list of parameters"),
-    "object": (lambda v: isinstance(v, dict), "an object"),
-    "position": (lambda v: isinstance(v, dict), "an object"),
-    "value": (
-        lambda v: isinstance(v, (bool, str, list, dict)) or _is_number(v),
-        "a list, an object, a text, a number, true or false",
-    ),
-    "blocking": (lambda v: v in ("NONE", "SOFT", "HARD"), "NONE, SOFT or HARD"),
-    "orientation type": (lambda v: v in ("GLOBAL", "TANGENTIAL"), "GLOBAL or TANGENTIAL"),
-}
-"""By the kind of a field: a check of its value, and the expected value in words."""
 
 
 def check_header(data: Mapping[str, Any], *, version: str, manufacturer: str, serial: str) -> None:
@@ -153,10 +85,9 @@ def check_header(data: Mapping[str, Any], *, version: str, manufacturer: str, se
     Raises:
         Invalid: The message is for another vehicle or has another major version; the path names the field.
     """
-    check(data, HEADER, "")
+    header = _read(_HEADER, data)
     major = version.partition(".")[0]
-    given = data["version"]
-    require(given.partition(".")[0] == major, "version", f"a version {major}", given)
+    require(header.version.partition(".")[0] == major, "version", f"a version {major}", header.version)
     for key, ours in (("manufacturer", manufacturer), ("serialNumber", serial)):
         require(data[key] == ours, key, f"{ours}: this vehicle", data[key])
 
@@ -186,18 +117,8 @@ def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """A JSON object; repeated keys are an error, because it is not clear which value is meant."""
     found = dict(pairs)
     if len(found) < len(pairs):
-        raise ValueError(f"the key {_first_repeated(key for key, _ in pairs)!r} comes twice in one object")
+        raise ValueError(f"the key {first_repeated(key for key, _ in pairs)!r} comes twice in one object")
     return found
-
-
-def _first_repeated(keys: Iterable[str]) -> str | None:
-    """The first key that repeats an earlier one; None if all differ."""
-    seen: set[str] = set()
-    for key in keys:
-        if key in seen:
-            return key
-        seen.add(key)
-    return None
 
 
 def _no_constant(text: str) -> float:
@@ -210,21 +131,8 @@ def read_order(data: Mapping[str, Any]) -> Order:
     Raises:
         Invalid: The object does not fit the table, or has the wrong structure.
     """
-    check(data, ORDER, "")
-    nodes = tuple(
-        read_node(raw, f"nodes[{n}]") for n, raw in enumerate(_bounded(data, "nodes", MOST_NODES, ""))
-    )
-    edges = tuple(
-        read_edge(raw, f"edges[{n}]") for n, raw in enumerate(_bounded(data, "edges", MOST_NODES, ""))
-    )
-    order = Order(
-        data["orderId"],
-        int(data["orderUpdateId"]),
-        nodes,
-        edges,
-        data.get("zoneSetId", ""),
-        int(data["headerId"]),
-    )
+    _read(_HEADER, data)
+    order = _read(_ORDER, data)
     _require_shape(order)
     return order
 
@@ -237,76 +145,23 @@ def read_instant_actions(data: Mapping[str, Any]) -> InstantActions:
     """
     if "actions" not in data and "instantActions" in data:
         data = {**data, "actions": data["instantActions"]}
-    check(data, INSTANT_ACTIONS, "")
-    raw = _bounded(data, "actions", MOST_ACTIONS, "")
-    return InstantActions(
-        tuple(read_action(each, f"actions[{n}]") for n, each in enumerate(raw)), int(data["headerId"])
-    )
+    _read(_HEADER, data)
+    return _read(_INSTANT_ACTIONS, data)
 
 
 def read_node(raw: Any, path: str) -> Node:
     """Read a node; `path` is its place in the message, for errors."""
-    check(raw, NODE, path)
-    position = raw.get("nodePosition")
-    return Node(
-        raw["nodeId"],
-        int(raw["sequenceId"]),
-        raw["released"],
-        None if position is None else _position(position),
-        _actions(raw, path),
-        raw.get("nodeDescription", ""),
-    )
-
-
-def _position(raw: Mapping[str, Any]) -> NodePosition:
-    radius = raw.get("allowedDeviationXY", raw.get("allowedDeviationXy", 0.0))
-    turn, theta = raw.get("allowedDeviationTheta"), raw.get("theta")
-    return NodePosition(
-        float(raw["x"]),
-        float(raw["y"]),
-        None if theta is None else float(theta),
-        raw["mapId"],
-        float(radius),
-        None if turn is None else abs(float(turn)),
-    )
-
-
-_PLAIN = ("edgeId", "sequenceId", "released", "startNodeId", "endNodeId", "actions")
+    return _read(NODE, raw, path)
 
 
 def read_edge(raw: Any, path: str) -> Edge:
     """Read an edge; `path` is its place in the message, for errors."""
-    check(raw, EDGE, path)
-    options = {key: raw[key] for key in EDGE if key in raw and key not in _PLAIN}
-    return Edge(
-        raw["edgeId"], int(raw["sequenceId"]), raw["released"], raw["startNodeId"], raw["endNodeId"], options,
-        _actions(raw, path),
-    )  # fmt: skip
-
-
-def _actions(raw: Mapping[str, Any], path: str) -> tuple[Action, ...]:
-    found = _bounded(raw, "actions", MOST_ACTIONS, path)
-    return tuple(read_action(each, f"{path}.actions[{n}]") for n, each in enumerate(found))
+    return _read(elements.read_edge, raw, path)
 
 
 def read_action(raw: Any, path: str) -> Action:
     """Read an action; `path` is its place in the message, for errors."""
-    check(raw, ACTION, path)
-    given = raw.get("actionParameters", ())
-    parameters = {each["key"]: each["value"] for each in given}
-    if len(parameters) < len(given):
-        twice = _first_repeated(each["key"] for each in given)
-        raise Invalid(f"{path}.actionParameters", "each key once", f"{twice} more than once")
-    return Action(
-        raw["actionId"], raw["actionType"], raw["blockingType"], parameters, raw.get("actionDescription", "")
-    )
-
-
-def _bounded(raw: Mapping[str, Any], key: str, most: int, path: str) -> list[Any]:
-    found: list[Any] = raw[key]
-    if len(found) > most:
-        raise Invalid(f"{path}.{key}".lstrip("."), f"at most {most} of them", f"{len(found)}")
-    return found
+    return _read(ACTION, raw, path)
 
 
 def _require_shape(order: Order) -> None:
@@ -331,5 +186,5 @@ def _require_shape(order: Order) -> None:
         require(
             edge.released == node.released, f"edges[{n}].released", "as that of its end node", edge.released
         )
-    repeated = _first_repeated(action.id for action in order.actions())
+    repeated = first_repeated(action.id for action in order.actions())
     require(repeated is None, "actions", "each actionId once", repeated)
