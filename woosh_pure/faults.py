@@ -254,7 +254,7 @@ class Faults(tuple[StatusCode, ...]):
 
 _NOT_WELL = (RobotState.UNDEFINED, RobotState.UNINITIALISED, RobotState.WARNING, RobotState.FAULT)
 NOT_KNOWN = (
-    "not known: no code was heard (they are sent on change only), and the robot has not told its state"
+    "not known: no code was heard (they are sent on change only), and the robot has not reported its state"
 )
 
 

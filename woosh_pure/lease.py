@@ -226,7 +226,7 @@ def _name(owner: str) -> str:
     if not (isinstance(owner, str) and owner.strip() and len(owner) <= 200):
         raise ValueError(
             say(
-                "owner {owner!r:.80}: expected a name that others can read, of at most 200 letters",
+                "owner {owner!r:.80}: expected a printable name of at most 200 characters",
                 owner=owner,
             )
         )

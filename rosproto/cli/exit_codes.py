@@ -51,7 +51,7 @@ def explain(error: Exception) -> tuple[str, int]:
         return led(error.filename, error.strerror) if error.filename else error.strerror, FAILED
     if isinstance(error, (OSError, KeyError)):
         return text, FAILED
-    ours = "{error}: {text}; this is a mistake of ours, please report it with --debug"
+    ours = "{error}: {text}; this is a bug; please report it with the output of --debug"
     return sentence.say(ours, error=type(error).__name__, text=text), FAILED
 
 

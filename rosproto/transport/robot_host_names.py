@@ -177,7 +177,10 @@ def parse_host_names(texts: Iterable[str]) -> dict[str, str]:
             name, mark, address = part.partition("=")
             if not (mark and name and address):
                 raise ValueError(
-                    say("{text!r} is not a NAME=IP; expected something like robot-7=169.254.128.2", text=part)
+                    say(
+                        "{text!r} is not of the form NAME=IP; expected something like robot-7=169.254.128.2",
+                        text=part,
+                    )
                 )
             found[_checked(name)] = _checked(address)
     return found

@@ -56,7 +56,7 @@ def test_a_reader_that_leaves_stops_the_motion_without_a_traceback(sim, until):
         assert process.stderr is not None
         said = process.stderr.read()
         assert process.wait(20.0) == 1
-    assert said == "woosh: move: nobody reads the output any more: the motion was stopped\n"
+    assert said == "woosh: move: the output was closed: the motion was stopped\n"
     until(lambda: sim.world.motion is None)
 
 

@@ -148,7 +148,7 @@ def test_a_key_is_in_use_while_its_first_request_is_worked_on(web: Served, chass
         go_on.set()
         first.join(20.0)
     assert second.status == 409
-    assert "is still being worked on" in second.problem
+    assert "is still being processed" in second.problem
     assert len(web.get("goals").json) == 1
     web.post("stop")
 

@@ -79,7 +79,7 @@ def test_a_mark_of_the_chassis_without_a_pose_cannot_become_a_place_without_one(
     [
         ({"name": "A"}, 422, "a place needs a pose"),
         ({"name": "  ", "x": 0.0, "y": 0.0}, 422, "needs a name"),
-        ({"name": "A\u202eB\x00", "x": 0.0, "y": 0.0}, 422, "letters that can be shown"),
+        ({"name": "A\u202eB\x00", "x": 0.0, "y": 0.0}, 422, "printable characters"),
         ({"name": "A", "x": 0.0}, 422, "x and y belong together"),
         ({"name": "A", "here": True, "x": 0.0, "y": 0.0}, 422, "leave out x, y and yaw"),
         ({"name": "A", "x": 0.0, "y": 0.0, "yaw": 90.0}, 422, "yaw is 90.0; allowed:"),

@@ -83,4 +83,4 @@ def test_the_api_is_what_its_description_says(
         run(*token, "--checks", "all", "--exclude-checks", "missing_required_header")
         assert web.post("stop").json["stands_still"] is True
     said = [record.getMessage() for record in caplog.records if record.levelno >= logging.ERROR]
-    assert [text for text in said if "unforeseen" in text or "raised" in text or "ASGI" in text] == []
+    assert [text for text in said if "internal error" in text or "raised" in text or "ASGI" in text] == []

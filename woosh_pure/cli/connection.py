@@ -124,7 +124,7 @@ def connect(
             if isinstance(error, BrokenPipeError):
                 # Without a reader of the output, a motion is stopped.
 
-                raise ChassisError("nobody reads the output any more: the motion was stopped") from error
+                raise ChassisError("the output was closed: the motion was stopped") from error
             raise
 
 

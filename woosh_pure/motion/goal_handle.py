@@ -215,8 +215,7 @@ class GoalHandle(Generic[P]):
             if not self.done and self._in_own_callback():
                 raise LocalProtocolError(
                     say(
-                        "{goal}: waiting for it in a callback of its own news would wait for itself; wait in "
-                        "another thread",
+                        "{goal}: waiting for it in its own callback would never end; wait in another thread",
                         goal=self.description,
                     )
                 )

@@ -273,7 +273,7 @@ class Motion:
         self._time_up = text = say("not finished within {seconds:.1f} s", seconds=seconds)
         sent = True
         try:
-            self.ask_end("its time was up")
+            self.ask_end("its timeout expired")
             self.kind.request_cancel(3.0)
         except RosError as error:
             text, sent = both(text, say("cancelling failed: {error}", error=error)), False

@@ -28,7 +28,7 @@ from woosh_pure.values.state import RobotStatus
 
 logger = get_logger("woosh_pure.task")
 _REPLY_SECONDS, _ONCE_MORE = 10.0, 2.0
-_MISSED = say("the robot has no such task any more; its end was told while the link was away")
+_MISSED = say("the robot no longer has this task; its end was reported while the connection was down")
 _ASKED = {
     TaskType.PICK: "drive to {where}",
     TaskType.PARK: "drive to {where} and park",

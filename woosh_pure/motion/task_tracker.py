@@ -86,7 +86,7 @@ class TaskTracker:
             self.ending = TaskEnd(OutcomeKind.REPLACED, int(status.task_state), text)
         elif self.seen and status.task_id == 0 and status.task_state is TaskState.UNDEFINED:
             self.ending = TaskEnd(
-                OutcomeKind.FAILED, 0, "the chassis has no task any more; was it restarted?"
+                OutcomeKind.FAILED, 0, "the chassis no longer has a task; was it restarted?"
             )
 
     def _own(self, status: RobotStatus) -> None:

@@ -102,12 +102,12 @@ def _codes(text: str) -> list[StatusCode]:
 
 
 NOT_HEARD = (
-    "no /robot_status heard yet (it is sent on change only), so an emergency stop, a fault or a mode from "
-    "before is not known"
+    "no /robot_status heard yet (it is sent on change only), so an earlier emergency stop, fault or "
+    "mode is not known"
 )
-LINK_LOST = "the link to who publishes /robot_status has broken since it was heard: what it said may be over"
-BEFORE = "{fault}; it was told before the link to who told it broke: it may be over"
-STATE_UNDEFINED = "the robot does not tell its state"
+LINK_LOST = "the connection to the publisher of /robot_status has broken since: its value may be out of date"
+BEFORE = "{fault}; it was reported before the connection to its publisher broke: it may be over"
+STATE_UNDEFINED = "the robot does not report its state"
 FAULT_STATE = "the robot reports a fault; look at its display"
 KEY_TRIGGERED = (
     "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop, which key is which "

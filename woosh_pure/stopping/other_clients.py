@@ -269,7 +269,7 @@ class OtherPrograms:
             if asked:
                 told = say("{driver}, it was asked to end and has not", driver=driver.sentence(sends=sends))
             else:
-                only = "{driver}, which only its end stops: {how}"
+                only = "{driver}, which stops only when that program ends: {how}"
                 told = say(only, driver=driver.sentence(sends=sends), how=_HOW)
             report.problems.append(told)
         if self._problem:

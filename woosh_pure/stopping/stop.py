@@ -116,7 +116,7 @@ def _standing(run: StopRun, driven: bool) -> bool | None:
         steady = _STEADY if driven else 0.0
         return feeds.wait_standing(max(_LOOK, run.deadline.remaining() or 0.0) + steady, steady=steady)
     except RosError as error:
-        run.report.problems.append(say("looking whether it stands ({error})", error=error))
+        run.report.problems.append(say("checking whether it stands still ({error})", error=error))
         return None
 
 

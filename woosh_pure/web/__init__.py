@@ -90,6 +90,6 @@ def app(
     return build(WebContext(made, access, allow_driving=allow_driving), origins=origins)
 
 
-def close(app: FastAPI, why: str = "the server ends") -> None:
+def close(app: FastAPI, why: str = "the server is shutting down") -> None:
     """End driving by velocity and the recordings of an application made by `app`, without waiting."""
     app.state.context.close(why)

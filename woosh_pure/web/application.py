@@ -172,7 +172,7 @@ async def _on_http(request: Request, error: Exception) -> JSONResponse:
         return answer
     words = {
         400: "the body is not JSON in UTF-8, or is nested too deeply",
-        404: "there is nothing at this address; /docs/ shows what there is",
+        404: "this address does not exist; see /docs/ for the API",
         405: "this address does not take this method",
     }
     text = words.get(status) or str(getattr(error, "detail", "")) or "the request was refused"

@@ -339,7 +339,7 @@ class GoalManager:
         if goal is None:
             raise Problem(
                 404,
-                "there is no goal {number!r} (any more); the last {most_kept} are kept",
+                "goal {number!r} was not found; the last {most_kept} goals are kept",
                 number=number[:20],
                 most_kept=MOST_KEPT,
             )
@@ -412,7 +412,7 @@ class IdempotentAnswers:
         if answer is None:
             raise Problem(
                 409,
-                "the first request with Idempotency-Key {key!r} is still being worked on",
+                "the first request with Idempotency-Key {key!r} is still being processed",
                 "key-in-use",
                 key=key,
             )

@@ -22,24 +22,45 @@ from woosh_pure.web.snapshot import reasons_part, said_part
 MEDIA_TYPE = "application/problem+json"
 _logger = get_logger("woosh_pure.web")
 TITLES = {
-    400: "Bad request",
-    401: "No token",
-    403: "Not allowed",
-    404: "Not there",
-    405: "Not this way",
-    408: "Too slow",
-    409: "Refused",
-    413: "Too large",
-    415: "Not this kind",
-    421: "Not this server",
-    422: "Not valid",
-    429: "Too often",
-    500: "Internal error",
-    501: "Not in this firmware",
-    502: "The robot said no",
-    503: "Not available",
-    504: "No answer in time",
+    400: "Bad Request",
+    401: "Unauthorized",
+    403: "Forbidden",
+    404: "Not Found",
+    405: "Method Not Allowed",
+    408: "Request Timeout",
+    409: "Conflict",
+    413: "Content Too Large",
+    415: "Unsupported Media Type",
+    421: "Misdirected Request",
+    422: "Unprocessable Content",
+    429: "Too Many Requests",
+    500: "Internal Server Error",
+    501: "Not Implemented",
+    502: "Bad Gateway",
+    503: "Service Unavailable",
+    504: "Gateway Timeout",
 }
+"""The phrases of RFC 9110 and 6585. `http.HTTPStatus` has other ones for 413 and 422 before Python 3.13."""
+STATUS_KINDS = {
+    400: "bad-request",
+    401: "no-token",
+    403: "not-allowed",
+    404: "not-there",
+    405: "not-this-way",
+    408: "too-slow",
+    409: "refused",
+    413: "too-large",
+    415: "not-this-kind",
+    421: "not-this-server",
+    422: "not-valid",
+    429: "too-often",
+    500: "internal-error",
+    501: "not-in-this-firmware",
+    502: "the-robot-said-no",
+    503: "not-available",
+    504: "no-answer-in-time",
+}
+"""The kind of a problem that has none of its own."""
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
 ADVICE = {
     "readiness-and-faults": "see GET readiness and GET faults",
@@ -96,7 +117,7 @@ class Problem(Exception):
             instance: The requested path.
             language: Language of `detail`; English if there is no translation.
         """
-        kind = self.kind or TITLES.get(self.status, "problem").lower().replace(" ", "-")
+        kind = self.kind or STATUS_KINDS.get(self.status, "problem")
         return {
             "type": f"urn:woosh:{kind}",
             "title": TITLES.get(self.status, "Problem"),
@@ -131,8 +152,8 @@ def problem_of(error: Exception) -> Problem:
     for of, status, kind in KINDS:
         if isinstance(error, of):
             return Problem(status, for_clients(sentence_of(error)), kind, facts=_facts(error))
-    _logger.error("an unforeseen error: %r", error, exc_info=error)
-    return Problem(500, "an error that nobody foresaw; the log of the server has it", "internal")
+    _logger.error("internal error: %r", error, exc_info=error)
+    return Problem(500, "internal error; see the server's log", "internal")
 
 
 def _facts(error: Exception) -> dict[str, Any]:

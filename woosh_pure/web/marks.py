@@ -147,7 +147,7 @@ def _checked(mark: UserMark, without_place: int) -> UserMark:
     """
     mark = replace(mark, name=mark.name.strip())
     if not mark.name or mark.name != printable(mark.name):
-        raise Problem(422, "name: a mark needs a name, of letters that can be shown", "invalid")
+        raise Problem(422, "name: a mark needs a name of printable characters", "invalid")
     if mark.pose is None and not mark.on_chassis:
         text = "a place needs a pose: give x and y, or here: true; only a mark of the chassis may have none"
         raise Problem(without_place, text, "invalid" if without_place == 422 else "mark")

@@ -210,7 +210,7 @@ def _limited(receive: Receive) -> Receive:
             message = await asyncio.wait_for(receive(), max(0.0, until - time.monotonic()))
         except asyncio.TimeoutError:
             raise Problem(
-                408, "the body did not come within {body_seconds:g} s", body_seconds=BODY_SECONDS
+                408, "the body did not arrive within {body_seconds:g} s", body_seconds=BODY_SECONDS
             ) from None
         more = bool(message.get("more_body", False))
         got += len(message.get("body", b""))
@@ -271,7 +271,9 @@ async def _say_good_bye(scope: Scope, receive: Receive, send: _Sending) -> None:
         if send.begun:
             await send({"type": "http.response.body", "body": b""})
         else:
-            await _refused(scope, Problem(503, "the server ends"))(scope, receive, _with_headers(scope, send))
+            await _refused(scope, Problem(503, "the server is shutting down"))(
+                scope, receive, _with_headers(scope, send)
+            )
     except (RuntimeError, OSError):
         pass  # a partly sent answer cannot be completed
 

@@ -183,7 +183,7 @@ NewName = Annotated[
     Field(
         min_length=1,
         max_length=100,
-        description="of letters that can be shown; blanks at its ends are left out",
+        description="printable characters; leading and trailing blanks are removed",
         json_schema_extra={"pattern": rf"^[{_SHOWN}\p{{Zs}}]*[{_SHOWN}][{_SHOWN}\p{{Zs}}]*$"},
     ),
 ]

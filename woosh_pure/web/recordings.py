@@ -134,7 +134,11 @@ class RecordingManager:
             for one in self._all.values():
                 if one.running:
                     raise Problem(
-                        409, "recording {id} of {who} runs; end it first", "recording", id=one.id, who=one.who
+                        409,
+                        "recording {id} of {who} is running; end it first",
+                        "recording",
+                        id=one.id,
+                        who=one.who,
                     )
             for old in list(self._all)[: max(0, len(self._all) - MOST_KEPT + 1)]:
                 try:

@@ -230,7 +230,7 @@ class WebServer:
 
     def close(self) -> None:
         """End driving, then the server, in a bounded time. Idempotent."""
-        self.app.state.context.close("the server ends")
+        self.app.state.context.close("the server is shutting down")
         self._server.should_exit = True
         if self._thread.is_alive():
             self._thread.join(END_SECONDS)

@@ -328,7 +328,7 @@ class SubscriberLink(QueuedLink):
             self._noise += noise
             if noise and self._noise < MOST_NOISE:
                 return
-            error = OSError("it sends where it should listen") if noise else None
+            error = OSError("it sent data on a receive-only connection") if noise else None
         except BlockingIOError:
             return
         except OSError as reset:

@@ -168,7 +168,10 @@ def test_status_codes_have_the_words_of_the_vendor() -> None:
     for code in random.Random(3).sample(list(all_codes()), 50):
         assert str(code) == f"{code.english} ({code.code})"
         assert words.say(str(code)) == f"{code.chinese}（{code.code}）"
-        told = say("{fault}; it was told before the link to who told it broke: it may be over", fault=code)
+        told = say(
+            "{fault}; it was reported before the connection to its publisher broke: it may be over",
+            fault=code,
+        )
         assert words.say(told).startswith(f"{code.chinese}（{code.code}）；")
     assert words.say("something else (110201000013)") == "something else (110201000013)"
 

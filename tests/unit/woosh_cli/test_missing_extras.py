@@ -32,4 +32,4 @@ def test_it_names_the_extra(
     assert main(words) == 1
     told = capsys.readouterr().err
     assert f".[{extra}]" in told
-    assert "mistake of ours" not in told
+    assert "this is a bug" not in told

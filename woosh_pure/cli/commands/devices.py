@@ -308,7 +308,7 @@ def run_led(args: Namespace, out: Output) -> None:
     if args.state is None:
         if not (args.color or args.urgency or args.abnormal):
             raise ValueError(
-                "give a state (see --list) or --color COLOUR; what the strip shows now is not told"
+                "give a state (see --list) or --color COLOUR; what the strip shows is not reported"
             )
         args.state = "none"
     if args.state not in words:

@@ -52,15 +52,15 @@ def run_localization(args: Namespace, out: Output) -> None:
             out.result({"pose": estimate.pose, "deviation": sigma})
         elif args.verb == "pose":
             if not (args.deviation > 0.0 and args.yaw_deviation > 0.0):
-                raise ValueError("a deviation says how sure you are: more than 0")
+                raise ValueError("a deviation must be more than 0")
             where = pose((args.x, args.y, args.degrees))
-            with out.working("telling the localisation"):
+            with out.working("sending the position"):
                 chassis.set_pose(
                     where,
                     position_deviation=args.deviation,
                     yaw_deviation=math.radians(args.yaw_deviation),
                 )
-            out.line("told: {where}", where=where)
+            out.line("position sent: {where}", where=where)
             out.result({"told": where})
         else:
             with out.working("asking the localisation"):

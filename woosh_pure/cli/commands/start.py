@@ -121,7 +121,7 @@ def run_connect(args: Namespace, out: Output) -> int:
     if sum((bool(address), args.show, args.forget)) != 1:
         raise ValueError("give the address of a chassis, or --show, or --forget")
     if args.sim:
-        raise ValueError("--sim needs no connecting: use it with any other command")
+        raise ValueError("--sim needs no `woosh connect`: use it with any other command")
     if args.show:
         return _show_profile(out)
     if args.forget:

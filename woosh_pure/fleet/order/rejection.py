@@ -68,7 +68,9 @@ def _against_new_order(order: Order, state: OrderState) -> Iterator[Problem]:
 def _against_update(order: Order, state: OrderState) -> Iterator[Problem]:
     yield from _not_kept(order, state)
     if order.update < state.update:
-        text = f"update {order.update} of order {order.id} comes late: {state.update} is here"
+        text = (
+            f"update {order.update} of order {order.id} is out of date: the vehicle has update {state.update}"
+        )
         yield _problem(order, ErrorType.ORDER_UPDATE, text)
     if state.phase is not OrderPhase.OPEN:
         text = f"order {order.id} was cancelled or cleared; send a new order"

@@ -351,7 +351,7 @@ def delete_recording(recording: str, request: Request) -> dict[str, Any]:
 
 
 def _runs(recording: Recording) -> Problem:
-    return Problem(409, "recording {id} still runs; end it first", "recording", id=recording.id)
+    return Problem(409, "recording {id} is still running; end it first", "recording", id=recording.id)
 
 
 @recordings.get(
@@ -363,5 +363,5 @@ def download(recording: str, request: Request) -> FileResponse:
     if found.running:
         raise _runs(found)
     if not found.path.is_file():
-        raise Problem(404, "the bag of recording {id} is not there any more", id=found.id)
+        raise Problem(404, "the bag of recording {id} no longer exists", id=found.id)
     return FileResponse(found.path, filename=found.path.name, media_type="application/octet-stream")

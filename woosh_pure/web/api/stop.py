@@ -165,7 +165,7 @@ class _Body:
         if len(self._text) > MOST_BODY:
             return Problem(413, "the body is larger than {most} bytes", most=MOST_BODY)
         if not self._reading.done():
-            return Problem(408, "the body did not come")
+            return Problem(408, "the body did not arrive")
         if not self._text:
             return None
         if not self._is_json:

@@ -99,7 +99,7 @@ class DeadManSwitch:
     def opened(self, now: float) -> Verdict:
         """Note that the drive is open. The person may have let go meanwhile."""
         if self.state != "opening":
-            return Verdict("zero", reason="let go meanwhile")
+            return Verdict("zero", reason="released early")
         if (ended := self.tick(now)).act == "zero":
             return ended
         self.state = "driving"

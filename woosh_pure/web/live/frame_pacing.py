@@ -100,7 +100,7 @@ class FrameSender:
             try:
                 await asyncio.wait_for(socket.send(event), SEND_SECONDS)
             except asyncio.TimeoutError:
-                raise TimeoutError("you take nothing any more; connect again") from None
+                raise TimeoutError("send timed out; reconnect") from None
 
     def acknowledge(self, number: object) -> None:
         """Note that the page has received `number` frames.

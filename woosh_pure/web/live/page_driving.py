@@ -176,7 +176,7 @@ class PageDriving:
         try:
             await asyncio.shield(opening)
         except asyncio.CancelledError:  # the page disconnected while the drive was being opened
-            opening.add_done_callback(lambda done: self._abandon(done, "the page has gone"))
+            opening.add_done_callback(lambda done: self._abandon(done, "the page disconnected"))
             raise
         except Exception as error:
             if press == self._presses:
@@ -187,7 +187,7 @@ class PageDriving:
                 self._tell_drive("refused", reason, problem.text, **more)
             return
         if press != self._presses:
-            self._abandon(opening, "the hand has let go meanwhile")
+            self._abandon(opening, "the control was released")
             return
         self._driving = True
         entry = self._robot.journal.begin(name, command("drive"))
@@ -210,7 +210,7 @@ class PageDriving:
                 self._tell_drive("ended", reason, text)
             return
         self._driving = False
-        why = text or f"the hand at the page: {reason}"
+        why = text or f"the control on the page: {reason}"
         self._robot.manual_drive.halt(why)
         self._robot.journal.end(self._drive_entry, "done", f"ended: {text or reason}")
         self._tell_drive("ended", reason, text, reasons=reasons or [])

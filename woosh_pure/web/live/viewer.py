@@ -138,7 +138,7 @@ class Viewer:
                 return
             text = event.get("text")
             if text is None or len(text) > MOST_TEXT:
-                raise BadMessage(say("expected text of at most {most_text} letters", most_text=MOST_TEXT))
+                raise BadMessage(say("expected text of at most {most_text} characters", most_text=MOST_TEXT))
             message = _document(text)
             if message.get("t") == "stop":  # also above the limit of messages
                 self._stop(message.get("n"))

@@ -13,7 +13,7 @@ from woosh_pure.enums import RobotMode, RobotState, TaskState
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.web.goals import COMMANDS
-from woosh_pure.web.http_errors import KINDS, TITLES
+from woosh_pure.web.http_errors import KINDS, STATUS_KINDS
 from woosh_pure.web.middleware import REFUSAL_KINDS
 
 PAGE = Path(__file__).parents[4] / "woosh_pure" / "web" / "page" / "js"
@@ -49,7 +49,7 @@ def kinds_of_problems() -> set[str]:
             if not (isinstance(node, ast.Call) and ast.unparse(node.func) == "Problem"):
                 continue
             status, _, *kind = (getattr(arg, "value", None) for arg in node.args)
-            text = kind[0] if kind else TITLES[status].lower().replace(" ", "-") if status in TITLES else ""
+            text = kind[0] if kind else STATUS_KINDS.get(status, "")
             found |= {text} if isinstance(text, str) and text else set()
     return found
 

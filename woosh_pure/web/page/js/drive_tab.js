@@ -16,7 +16,7 @@ import { causeText, kindText } from "./reason_words.js";
 const REASONS = {
   silent: "silent", late: "late", "slow link": "slow", "no lease": "unleased", stopped: "stopped", busy: "busy",
   over: "ended", "not connected": "lost", "not allowed": "off", "not confirmed": "unconfirmed",
-  released: "again", "pressed twice": "again", "not a new press": "again", "let go meanwhile": "again",
+  released: "again", "pressed twice": "again", "not a new press": "again", "released early": "again",
 };
 const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken", "moved", "other", "unseen"]);
 const whyText = (why) => (OWN.has(why) ? t(`drive.${why}`) : why).replace(/[.。]$/, "");

@@ -103,7 +103,7 @@ export const state = {
   "problem.picture": "This is too large to be read here.",
   "problem.costmap": "The robot publishes no costmap.",
   "problem.key-used": "This request was sent before with other content.",
-  "problem.key-in-use": "The same request is still being worked on.",
+  "problem.key-in-use": "The same request is still being processed.",
   "problem.internal": "Something unforeseen went wrong in the server. Its log has it.",
   "faults.title": "Faults",
   "faults.none": "The robot says that there are none.",
