@@ -26,7 +26,7 @@ def plain(
     Args:
         value: Any value.
         finite: Replace NaN and infinities, which JSON lacks, by None.
-        names: Enums become their names, not their values.
+        names: Enums become their names, not their values; those of texts always become their texts.
         octets: Converts bytes; by default to a list of numbers.
         text: Converts each text, except for keys.
     """
@@ -36,7 +36,7 @@ def plain(
         if value is None or kind is int or kind is bool:
             return value
         if isinstance(value, Enum):
-            return value.name if names else one(value.value)
+            return value.name if names and not isinstance(value, str) else one(value.value)
         if isinstance(value, str):
             return text(value)
         if isinstance(value, float):

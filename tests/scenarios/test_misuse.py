@@ -217,7 +217,7 @@ def test_waiting_for_a_goal_in_its_own_callback_is_an_error_and_not_a_hang(sim, 
     assert "would wait for itself" in str(problems[0])
 
 
-def test_a_callback_may_cancel_and_may_stop(sim, real_time, chassis):
+def test_a_callback_may_cancel_and_may_stop(sim, real_time, chassis, until):
     handle = chassis.go_to(2.5, 0.0)
     handle.on_progress(lambda _: handle.cancel())
     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CANCELLED
@@ -225,6 +225,7 @@ def test_a_callback_may_cancel_and_may_stop(sim, real_time, chassis):
     reports = []
     chassis.measured_velocity.on(lambda v: reports.append(chassis.stop(timeout=2.0)) if v.vx > 0.1 else None)
     assert task.wait(20.0, raises=False).kind is OutcomeKind.CANCELLED
+    until(lambda: reports)  # it looks whether the robot stands
     assert reports[0].cancelled
 
 

@@ -10,6 +10,7 @@ from rosproto.codec.dicts import to_dict
 from rosproto.json_values import plain
 from rosproto.msg import library_from_full_text
 from rosproto.time import Time
+from woosh_pure.reasons import ReasonKey
 
 
 def test_values_of_parameters_become_plain() -> None:
@@ -34,3 +35,8 @@ def test_an_enum_in_a_message_is_its_number_and_elsewhere_its_name() -> None:
     mode = IntEnum("Mode", {"AUTO": 3}).AUTO  # type: ignore[attr-defined]
     assert to_dict(message_class("std_msgs/Int8")(data=mode)) == {"data": 3}
     assert plain({"mode": mode}) == {"mode": "AUTO"}
+
+
+def test_an_enum_of_texts_is_its_text() -> None:
+    """Programs compare the key of a reason with the documented word."""
+    assert plain(ReasonKey.NO_CHASSIS) == plain(ReasonKey.NO_CHASSIS, names=False) == "no_chassis"

@@ -16,7 +16,7 @@ from woosh_pure.motion.task import TaskHandle
 from woosh_pure.velocity.drive import Drive
 
 WORDS = ("m", "rad", "s", "m/s", "rad/s", "map", "base_link")
-QUESTIONS = {"wait_until", "wait_until_ready", "readiness", "snapshot", "feed"}
+QUESTIONS = {"wait_until", "wait_until_ready", "readiness", "request", "snapshot", "feed"}
 
 
 def doc_of(name):

@@ -66,6 +66,7 @@ _MODULES = {
     "navigation": ("localization", "plan", "costmap", "footprint", "mode"),
     "maps": ("map", "marks"),
     "bags_and_viewers": ("record", "foxglove"),
+    "programs": ("run",),  # a module `run` would hide the function of this one
 }
 """The commands of a module; every other command has a module of its own name."""
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
