@@ -158,7 +158,7 @@ def test_a_drive_of_an_order_that_is_being_prepared_does_not_begin_after_a_stop(
 
     ended: list[Any] = []
     runner = DriveRunner(chassis, ended.append, lambda: None)
-    drive = Drive(1, Node("b", 2, True, NodePosition(2.0, 0.0, 0.0, "hall")), None)
+    drive = Drive(1, Node("b", 2, True, NodePosition(2.0, 0.0, "hall", 0.0)), None)
     request = chassis.request()  # as the vehicle does when the message comes
     with held(monkeypatch, Chassis, "set_navigation_mode") as (came, go_on):
         if when == "while its message waits":

@@ -410,7 +410,7 @@ class Feed(Newest[T]):
         if self.in_callback:
             raise LocalProtocolError(
                 say(
-                    "{topic}: waiting for its next value in its own callback would wait for itself; "
+                    "{topic}: waiting for its next value in its own callback would never end; "
                     "wait in another thread",
                     topic=self.topic,
                 )

@@ -17,7 +17,7 @@ from woosh_pure.fleet.messages.elements import Edge, Node, NodePosition
 from woosh_pure.fleet.order.events import Drive, DriveEnded
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 
-NODE = Node("b", 2, True, NodePosition(2.0, 0.0, 0.0, "hall"))
+NODE = Node("b", 2, True, NodePosition(2.0, 0.0, "hall", 0.0))
 
 
 class Goal:
