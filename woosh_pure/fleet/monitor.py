@@ -1,4 +1,5 @@
 """What is measured of a chassis: `ChassisMonitor` keeps the `ChassisFacts` up to date by the chassis's feeds;
+`StandingCheck` makes sure that the robot stands;
 `EdgeSpeedMonitor` tells whether a drive keeps to the maxSpeed of its edge.
 """
 
@@ -6,12 +7,13 @@ from __future__ import annotations
 
 import json
 import math
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
 
 from rosproto.errors import RosError
-from woosh_pure.chassis import Chassis
+from woosh_pure.chassis import Chassis, components_of
 from woosh_pure.enums import RobotMode
 from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
@@ -28,6 +30,7 @@ MOST_CORNERS = 100
 """Most corners of the path in a state."""
 STILL = 0.3
 """Seconds without motion after which the robot counts as standing."""
+_STANDING_SECONDS = 3.0  # for one attempt to measure that
 
 
 def operating_mode(robot_mode: int, *, owner: str = "") -> str:
@@ -114,10 +117,11 @@ class ChassisMonitor:
         self._measured = now
         self._note_contact()
 
-    def has_stood_since(self, start: float) -> bool:
-        """Whether the robot stood for the last `STILL` seconds, all of them after a monotonic time."""
+    def still_since(self, start: float) -> float | None:
+        """Since when all velocities have been zero, at the earliest since `start`; None if they are not, or
+        none has arrived after it. By their arrival: in a slow network they may be older."""
         since = self._still_since
-        return since is not None and self._measured - max(since, start) >= STILL
+        return None if since is None or self._measured <= start else max(since, start)
 
     def _note_contact(self) -> None:
         self.heard = time.monotonic()
@@ -166,6 +170,37 @@ class ChassisMonitor:
             mode = RobotMode.MANUAL
         self.mode = operating_mode(int(mode), owner=owner)
         self.blocked = readiness.sentence() if readiness.refuses else ""
+
+
+class StandingCheck:
+    """Makes sure that a robot whose velocities are zero stands, by velocities that it sends from then on.
+
+    Args:
+        chassis: The chassis.
+        done: Called when it was measured standing, in another thread.
+
+    Attributes:
+        since: The `still_since` for which it was measured.
+    """
+
+    def __init__(self, chassis: Chassis, done: Callable[[], object]) -> None:
+        self._chassis, self._done = chassis, done
+        self._thread: threading.Thread | None = None
+        self.since: float | None = None
+
+    def begin(self, since: float) -> None:
+        """Measure in a thread, unless one does already; returns at once."""
+        if self._thread is None or not self._thread.is_alive():
+            self._thread = threading.Thread(
+                target=self._measure, args=(since,), name="woosh:standing", daemon=True
+            )
+            self._thread.start()
+
+    def _measure(self, since: float) -> None:
+        feeds = components_of(self._chassis).feeds
+        if feeds.wait_standing(_STANDING_SECONDS, steady=STILL):
+            self.since = since
+            self._done()
 
 
 # -- the maxSpeed of an edge ---------------------------------------------------------------------------------

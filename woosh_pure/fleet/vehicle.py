@@ -29,7 +29,13 @@ from woosh_pure.fleet.drive_runner import DriveRunner, DrivingLease
 from woosh_pure.fleet.inbox import Inbox, InboxContents, Message, MessageKind
 from woosh_pure.fleet.messages.elements import Order
 from woosh_pure.fleet.messages.parsing import Invalid, check_header, parse, read_instant_actions, read_order
-from woosh_pure.fleet.monitor import SILENT_AFTER, ChassisMonitor, EdgeSpeedMonitor, navigation_footprint
+from woosh_pure.fleet.monitor import (
+    SILENT_AFTER,
+    ChassisMonitor,
+    EdgeSpeedMonitor,
+    StandingCheck,
+    navigation_footprint,
+)
 from woosh_pure.fleet.order import events
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Effect, Event
@@ -108,6 +114,7 @@ class Vehicle:
         )
         self._publisher = MessagePublisher(config, self._connection, headers, self._journal)
         self._monitor = ChassisMonitor(chassis, self.facts, self._on_motion, self._on_path, self._inbox.flag)
+        self._standing = StandingCheck(chassis, lambda: self._inbox.flag("motion"))
         self._driver = DriveRunner(
             chassis, self._inbox.report, lambda: self.facts.position, marks=config.marks
         )
@@ -260,15 +267,21 @@ class Vehicle:
         facts, state = self.facts, self._order.state
         news = facts.lost or not facts.located or facts.moving != self._moving
         if state.drive is None:
-            news = news or self._stands() is not state.standing
+            still = self._monitor.still_since(self._motion_ended_at) is not None
+            news = news or still is not state.standing
         elif within_deviation(facts.position, state.drive.node, self.limits):
             news = news or goes_on_from(state, state.drive.node)
         if news or self._edge_speed.must_check(state.drive, facts.velocity):
             self._inbox.flag("motion")
 
     def _stands(self) -> bool:
-        """Whether the robot was measured standing since its last motion ended."""
-        return not self.facts.lost and self._monitor.has_stood_since(self._motion_ended_at)
+        """Whether the robot was measured standing since its last motion ended, by what it sent after that. If
+        this is not known and its velocities are zero, it is measured now."""
+        since = None if self.facts.lost else self._monitor.still_since(self._motion_ended_at)
+        if since is not None and since != self._standing.since:
+            self._standing.begin(since)
+            return False
+        return since is not None
 
     def _on_path(self) -> None:
         """Publish the first path of each drive at once; later ones go with the next state."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,10 @@ import pytest
 from tests.support.fleet_master import Master, errors, order_over, statuses
 from tests.support.light_chassis import LightChassis, moving
 from tests.support.mosquitto import mosquitto
+from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.enums import NavigationMode
+from woosh_pure.feed import feeds
 from woosh_pure.fleet import Broker, Vehicle, VehicleConfig
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
@@ -93,3 +96,33 @@ def test_a_chassis_that_drives_faster_than_its_edge_allows_is_halted(tmp_path: P
         assert "0.40 m/s, and edge n1n3 allows 0.25 m/s" in str(found["errors"])
         master.until(lambda s: "driveError" in errors(s) and not s["driving"])
         assert chassis.x < 2.9
+
+
+def test_velocities_that_may_be_older_than_the_stop_do_not_show_that_it_stands(
+    hall: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Zeros arrive after the drive has ended; the pause is FINISHED when the robot has sent some through a
+    connection that was made after it."""
+    sim, master = hall
+    reachable, real = threading.Event(), feeds.fresh_messages
+
+    def fresh_messages(*given: Any) -> Generator[Any, None, None]:
+        if reachable.is_set():
+            yield from real(*given)
+
+    monkeypatch.setattr(feeds, "fresh_messages", fresh_messages)
+    master.send("order", order_over("one", "n1 n2 n3"))
+    master.until(lambda s: s["driving"])
+    master.instant("x", "startPause")
+    master.until(lambda s: not s["driving"])
+    assert sim_stands_for(sim, 1.5)
+    assert statuses(master.all()[-1])["x"] == "RUNNING"
+    reachable.set()
+    master.until(lambda s: statuses(s)["x"] == "FINISHED")
+
+
+def sim_stands_for(sim: SimulatedChassis, seconds: float) -> bool:
+    """Whether it stands within 10 s, and then for so long."""
+    until(lambda: not moves(sim), 10.0)
+    time.sleep(seconds)
+    return not moves(sim)
