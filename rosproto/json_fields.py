@@ -14,26 +14,15 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Generic, NamedTuple, TypeVar, get_args, get_type_hints
 
 from rosproto.text import short
 
 __all__ = [
-    "MISSING",
-    "REQUIRED",
-    "Anything",
-    "Check",
-    "Expected",
-    "Field",
-    "FieldError",
-    "Reader",
-    "fits",
-    "listed",
-    "shown",
-    "text",
-    "whole",
-]
+    "MISSING", "REQUIRED", "Anything", "Check", "Expected", "Field", "FieldError", "Reader", "fits", "flag",
+    "listed", "number", "one_of", "shown", "text", "whole",
+]  # fmt: skip
 
 Check = Callable[[Any, int], Any]
 """(JSON value, longest text) -> value; raises `Expected`. The second is the caller's limit, for checks that
@@ -109,6 +98,22 @@ def whole(least: int, most: int, expected: str = "") -> Check:
     return check
 
 
+def number(least: float, most: float, expected: str = "a number") -> Check:
+    """A check for finite numbers, which become floats."""
+
+    def check(value: Any, _longest: int) -> float:
+        if type(value) in (int, float) and least <= value <= most:
+            return float(value)
+        raise Expected(expected)
+
+    return check
+
+
+def one_of(words: Sequence[str], expected: str) -> Check:
+    """A check for one of a few texts."""
+    return fits(lambda value, _: isinstance(value, str) and value in words, expected)
+
+
 def listed(check: Check, most: int | None = None, expected: str = "a list") -> Check:
     """A check that makes a tuple of a list; `check` is that of the items."""
 
@@ -132,6 +137,7 @@ def _at(place: str, error: Expected | FieldError, value: object) -> FieldError:
     return error.inside(place) if isinstance(error, FieldError) else FieldError(place, str(error), value)
 
 
+flag = fits(lambda value, _: isinstance(value, bool), "true or false")
 text = fits(lambda value, _: isinstance(value, str), "a text")
 _anything = fits(lambda value, _: value is not MISSING, "any value")
 Anything = Annotated[Any, _anything]

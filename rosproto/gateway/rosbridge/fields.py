@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from rosproto.gateway.rosbridge.action_mapping import ActionStatus
-from rosproto.json_fields import Expected, fits, shown, whole
+from rosproto.json_fields import Expected, fits, flag, number, one_of, shown, whole
 
 LARGEST = 2**31 - 1
 """The largest whole number; larger sizes, rates and counts make no sense."""
@@ -37,12 +37,6 @@ def _seconds(value: Any, _longest: int) -> float | None:
     return float(value) if type(value) in (int, float) and 0 < value <= LARGEST else None
 
 
-def _number(value: Any, _longest: int) -> float:
-    if type(value) in (int, float) and abs(value) <= 2**63:
-        return float(value)
-    raise Expected("a number")
-
-
 def _level(value: Any, _longest: int) -> Level:
     if isinstance(value, str) and value in _SPELLINGS:
         return _SPELLINGS[value]
@@ -55,10 +49,7 @@ _text = fits(
 _name = fits(
     lambda value, n: isinstance(value, str) and 0 < len(value) <= n, "a text of 1 to {longest} characters"
 )
-_flag = fits(lambda value, _: isinstance(value, bool), "true or false")
-_compression = fits(
-    lambda value, _: isinstance(value, str) and value in _COMPRESSIONS, f"one of {', '.join(_COMPRESSIONS)}"
-)
+_compression = one_of(_COMPRESSIONS, f"one of {', '.join(_COMPRESSIONS)}")
 _arguments = fits(
     lambda value, _: isinstance(value, (dict, list)), "an object by field, or an array by position"
 )
@@ -70,11 +61,11 @@ _status = fits(
 # Each type with the check of its JSON value.
 Text = Annotated[str, _text]
 Name = Annotated[str, _name]
-Flag = Annotated[bool, _flag]
+Flag = Annotated[bool, flag]
 Count = Annotated[int, whole(0, LARGEST)]
 Size = Annotated[int, whole(1, LARGEST)]
 Seconds = Annotated[float, _seconds]
-Number = Annotated[float, _number]
+Number = Annotated[float, number(-(2**63), 2**63)]
 Compression = Annotated[Literal["none", "png", "cbor", "cbor-raw"], _compression]
 StatusLevel = Annotated[Level, _level]
 Arguments = Annotated[dict[str, Any] | list[Any], _arguments]

@@ -11,7 +11,18 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, NamedTuple
 
-from rosproto.json_fields import REQUIRED, Check, FieldError, Reader, fits, listed, whole
+from rosproto.json_fields import (
+    REQUIRED,
+    Check,
+    FieldError,
+    Reader,
+    fits,
+    flag,
+    listed,
+    number,
+    one_of,
+    whole,
+)
 
 MOST_NODES = 1000
 MOST_ACTIONS = 100  # of a node, an edge, or a message of instant actions
@@ -20,39 +31,29 @@ LONGEST_ID = 256
 _LONGEST_TEXT = 4096
 _UINT32 = 2**32 - 1
 _PI = math.pi + 1e-6
-
-
-def _is_number(value: Any) -> bool:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return False
-    return abs(value) <= 1e300 and math.isfinite(value)
-
-
-def _number(least: float, most: float, expected: str) -> Check:
-    check = fits(lambda value, _: _is_number(value) and least <= value <= most, expected)
-    return lambda value, longest: float(check(value, longest))
+_LARGEST = 1e300
 
 
 def _text(most: int) -> Check:
     return fits(lambda v, _: isinstance(v, str) and len(v) <= most, f"a text of at most {most} characters")
 
 
-def _one_of(*words: str) -> Check:
-    return fits(lambda value, _: value in words, f"{', '.join(words[:-1])} or {words[-1]}")
-
-
 def _is_value(value: Any, _longest: int) -> bool:
-    return isinstance(value, (bool, str, list, dict)) or _is_number(value)
+    return isinstance(value, (str, list, dict)) or (
+        isinstance(value, (int, float)) and abs(value) <= _LARGEST
+    )
 
 
-_angle = _number(-_PI, _PI, "an angle of -pi to pi")
+_angle = number(-_PI, _PI, "an angle of -pi to pi")
+_blocking = one_of(("NONE", "SOFT", "HARD"), "NONE, SOFT or HARD")
+_orientation_type = one_of(("GLOBAL", "TANGENTIAL"), "GLOBAL or TANGENTIAL")
 _object = fits(lambda value, _: isinstance(value, dict), "an object")
 Id = Annotated[str, _text(LONGEST_ID)]
 Text = Annotated[str, _text(_LONGEST_TEXT)]
-Flag = Annotated[bool, fits(lambda value, _: isinstance(value, bool), "true or false")]
+Flag = Annotated[bool, flag]
 Count = Annotated[int, whole(0, _UINT32, f"a whole number of 0 to {_UINT32}")]
-Number = Annotated[float, _number(-math.inf, math.inf, "a number")]
-Distance = Annotated[float, _number(0.0, math.inf, "a number of at least 0")]
+Number = Annotated[float, number(-_LARGEST, _LARGEST)]
+Distance = Annotated[float, number(0.0, _LARGEST, "a number of at least 0")]
 Angle = Annotated[float, _angle]
 Value = Annotated[Any, fits(_is_value, "a list, an object, a text, a number, true or false")]
 
@@ -106,7 +107,7 @@ class Action:
 
     id: Annotated[Id, "actionId"]
     type: Annotated[Id, "actionType"]
-    blocking: Annotated[str, _one_of("NONE", "SOFT", "HARD"), "blockingType", REQUIRED] = "NONE"
+    blocking: Annotated[str, _blocking, "blockingType", REQUIRED] = "NONE"
     parameters: Annotated[Mapping[str, Any], _parameters, "actionParameters"] = field(default_factory=dict)
     description: Annotated[Text, "actionDescription"] = ""
 
@@ -222,7 +223,7 @@ class _EdgeOptions(NamedTuple):
     max_height: Annotated[Number, "maxHeight"] = 0.0
     min_height: Annotated[Number, "minHeight"] = 0.0
     orientation: Angle = 0.0
-    orientation_type: Annotated[str, _one_of("GLOBAL", "TANGENTIAL"), "orientationType"] = ""
+    orientation_type: Annotated[str, _orientation_type, "orientationType"] = ""
     direction: Text = ""
     rotation_allowed: Annotated[Flag, "rotationAllowed"] = True
     max_rotation_speed: Annotated[Number, "maxRotationSpeed"] = 0.0

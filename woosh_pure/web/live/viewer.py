@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import asyncio
 import json
-import math
 import time
 from concurrent.futures import Future
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from rosproto.admission import TokenBucket
+from rosproto.json_fields import FieldError, Reader, number, shown, whole
 from rosproto.sentence import say
 from rosproto.text import printable
 from rosproto.version import __version__
@@ -37,6 +37,9 @@ the page's script does not always arrive (Firefox). A cut network sends no code.
 REPLACED = 4409
 """The code of a connection whose session another connection has resumed. A page that is still open, because
 its tab was copied with the session, then takes a new session."""
+
+
+_number = number(-1e15, 1e15, "a finite number")
 
 
 class Viewer:
@@ -154,9 +157,9 @@ class Viewer:
         elif kind == "ack":
             self._sender.acknowledge(message.get("n"))
         elif kind == "beat":
-            self._page_driving.beat(*_control_fields(message))
+            self._page_driving.beat(*_control(message))
         elif kind == "press":
-            self._page_driving.press(*_control_fields(message))
+            self._page_driving.press(*_control(message))
         elif kind == "release":
             self._page_driving.release()
         elif kind == "confirm":
@@ -236,16 +239,18 @@ def _document(text: str) -> dict[str, Any]:
     return message
 
 
-def _control_fields(message: dict[str, Any]) -> tuple[int, float, float, float]:
-    seq = message.get("seq")
-    if isinstance(seq, bool) or not isinstance(seq, int) or not 0 <= seq < 2**53:
-        raise BadMessage(say("seq={seq!r:.40}: expected a whole number that grows", seq=seq))
-    return seq, *(_number(message, name) for name in ("at", "vx", "wz"))  # type: ignore[return-value]
+class _Control(NamedTuple):
+    seq: Annotated[int, whole(0, 2**53 - 1, "a whole number that grows")]
+    at: Annotated[float, _number] = 0.0
+    vx: Annotated[float, _number] = 0.0
+    wz: Annotated[float, _number] = 0.0
 
 
-def _number(message: dict[str, Any], name: str) -> float:
-    value = message.get(name, 0.0)
-    good = isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e15
-    if not good or not math.isfinite(value):
-        raise BadMessage(say("{name}={value!r:.40}: expected a finite number", name=name, value=value))
-    return float(value)
+_CONTROL = Reader(_Control, null=True)
+
+
+def _control(message: dict[str, Any]) -> _Control:
+    try:
+        return _CONTROL(message)
+    except FieldError as error:
+        raise BadMessage(f"{error.path}={shown(error.value)}: expected {error.expected}") from None
