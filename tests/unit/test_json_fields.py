@@ -7,7 +7,19 @@ from typing import Annotated, Any, NamedTuple
 
 import pytest
 
-from rosproto.json_fields import REQUIRED, Anything, Expected, FieldError, Reader, listed, text, whole
+from rosproto.json_fields import (
+    REQUIRED,
+    Anything,
+    Expected,
+    FieldError,
+    Reader,
+    flag,
+    listed,
+    number,
+    one_of,
+    text,
+    whole,
+)
 
 Octet = Annotated[int, whole(0, 255)]
 
@@ -89,3 +101,21 @@ def test_a_wrong_value_deep_inside_is_looked_at_once() -> None:
     with pytest.raises(FieldError) as caught:
         deep([[[1]]], 0)
     assert (caught.value.path, seen) == ("[0][0][0]", [1])
+
+
+@pytest.mark.parametrize(
+    ("check", "good", "wrong"),
+    [
+        (number(-1.0, 2.0), [-1, 0.5, 2], [True, None, "1", 2.1, 10**400, float("nan"), float("inf"), [1]]),
+        (one_of(("a", "b"), "a or b"), ["a", "b"], ["c", None, ["a"], {}, 1]),
+        (flag, [True, False], [0, 1, None, "true"]),
+        (text, ["", "x"], [None, 1, ["x"]]),
+        (whole(0, 3), [0, 3, 2.0], [4, -1, 1.5, True, "1", float("nan"), float("inf"), 10**400]),
+    ],
+)
+def test_a_check_takes_what_it_says(check: Any, good: list[Any], wrong: list[Any]) -> None:
+    """And nothing else, of whatever type."""
+    assert [check(value, 0) for value in good] == good
+    for value in wrong:
+        with pytest.raises(Expected):
+            check(value, 0)

@@ -5,13 +5,18 @@ library, and describe the API in /openapi.json.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from rosproto.sentence import say
+from woosh_pure.enums import Direction
 from woosh_pure.geometry import FARTHEST
 from woosh_pure.motion.steps import MAX_DISTANCE, MAX_SPEED, MAX_TURN_RATE
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.motion.goal_handle import GoalHandle
 
 
 def _number(unit: str, more: str = "", **limits: Any) -> Any:
@@ -46,41 +51,60 @@ class Answer(BaseModel):
 
 
 class MotionRequest(Request):
-    """What all goals accept."""
+    """What all goals accept. Each goal has `start`, which is the chassis's verb."""
 
     timeout: Seconds | None = None
     replace: Annotated[bool, Field(description="end what this server has under way that moves the robot")] = (
         False
     )
 
+    @property
+    def options(self) -> dict[str, Any]:
+        """What all verbs accept."""
+        return self.model_dump(include={"timeout", "replace"}, exclude_none=True)
 
-class MarkGoal(MotionRequest):
+
+class AtMark(MotionRequest):
+    """What all goals at a mark accept."""
+
+    mark: MarkName
+
+
+class MarkGoal(AtMark):
     """Drive to a mark."""
 
     kind: Literal["mark"]
-    mark: MarkName
+
+    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+        return chassis.go_to_mark(self.mark, **self.options)
 
 
-class ParkGoal(MotionRequest):
+class ParkGoal(AtMark):
     """Drive to a mark and park there."""
 
     kind: Literal["park"]
-    mark: MarkName
+
+    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+        return chassis.park(self.mark, **self.options)
 
 
-class ChargeGoal(MotionRequest):
+class ChargeGoal(AtMark):
     """Drive to a charger and charge."""
 
     kind: Literal["charge"]
-    mark: MarkName
+
+    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+        return chassis.charge(self.mark, **self.options)
 
 
-class CarryGoal(MotionRequest):
+class CarryGoal(AtMark):
     """Drive to a mark and load or unload there."""
 
     kind: Literal["carry"]
-    mark: MarkName
     direction: Literal["load", "unload"]
+
+    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+        return chassis.carry(self.mark, Direction[self.direction.upper()], **self.options)
 
 
 def _one_heading(schema: dict[str, Any]) -> None:
@@ -119,6 +143,9 @@ class PoseGoal(MotionRequest, Place):
 
     kind: Literal["pose"]
 
+    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+        return chassis.go_to(self.x, self.y, self.yaw, **self.options)
+
 
 class MoveGoal(MotionRequest):
     """Drive straight ahead, or back if negative. Obstacle avoidance stays on."""
@@ -127,6 +154,9 @@ class MoveGoal(MotionRequest):
     distance: Annotated[float, _number("m", ge=-MAX_DISTANCE, le=MAX_DISTANCE)]
     speed: Annotated[float, _number("m/s", OURS, ge=0.0, le=MAX_SPEED)] = 0.0
 
+    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+        return chassis.move(self.distance, speed=self.speed, **self.options)
+
 
 class RotateGoal(MotionRequest):
     """Turn in place, counter-clockwise if positive. Obstacle avoidance stays on."""
@@ -134,6 +164,9 @@ class RotateGoal(MotionRequest):
     kind: Literal["rotate"]
     angle: Radians
     speed: Annotated[float, _number("rad/s", OURS, ge=0.0, le=MAX_TURN_RATE)] = 0.0
+
+    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+        return chassis.rotate(self.angle, speed=self.speed, **self.options)
 
 
 GoalRequest = Annotated[

@@ -16,8 +16,7 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.responses import FileResponse
 from starlette.concurrency import run_in_threadpool
 
-from woosh_pure.enums import Direction
-from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.marks import UserMark
 from woosh_pure.web import models
 from woosh_pure.web.access import Client
 from woosh_pure.web.api.dependencies import (
@@ -83,57 +82,27 @@ def create_goal(
     return goal
 
 
-def _begin(robot: Robot, client: Client, body: Any) -> dict[str, Any]:
+def _begin(robot: Robot, client: Client, body: models.GoalRequest) -> dict[str, Any]:
     robot.require_lease(client)
-    options: dict[str, Any] = {"replace": body.replace}
-    if body.timeout is not None:
-        options["timeout"] = body.timeout
-    key = body.direction if body.kind == "carry" else body.kind
+    mark = robot.marks.find(body.mark) if isinstance(body, models.AtMark) else None
+    key = body.direction if isinstance(body, models.CarryGoal) else body.kind
     what = command(key, **body.model_dump(exclude={"kind", "direction", "timeout", "replace"}))
     pose = robot.feed("pose").known
     return robot.goals.begin(
         body.kind,
         client.name,
         what,
-        _verb(robot, body, options),
+        _verb(robot, body, mark),
         start=None if pose is None else pose_part(pose.value),
-        target=_target(robot, body),
+        target=_target(body, mark),
     ).as_json()
 
 
-def _verb(robot: Robot, body: Any, options: dict[str, Any]) -> Callable[[], Any]:
-    chassis = robot.chassis
-    place = _place(robot, body)
-    if place is not None:
-        return partial(chassis.go_to, place.x, place.y, place.yaw, **options)
-    tasks = {"mark": chassis.go_to_mark, "park": chassis.park, "charge": chassis.charge}
-    if body.kind in tasks:
-        return partial(tasks[body.kind], body.mark, **options)
-    if body.kind == "carry":
-        return partial(chassis.carry, body.mark, Direction[body.direction.upper()], **options)
-    if body.kind == "pose":
-        return partial(chassis.go_to, body.x, body.y, body.yaw, **options)
-    if body.kind == "move":
-        return partial(chassis.move, body.distance, speed=body.speed, **options)
-    return partial(chassis.rotate, body.angle, speed=body.speed, **options)
-
-
-def _target(robot: Robot, body: Any) -> dict[str, float] | None:
-    """Return the goal's target in the map; None if not known."""
-    if body.kind == "pose":
-        return {"x": body.x, "y": body.y}
-    name = getattr(body, "mark", None)
-    mark = None if name is None else robot.marks.find(name)
-    place = None if mark is None or mark.pose is None else pose_part(mark.pose)
-    return place and {"x": place["x"], "y": place["y"]}
-
-
-def _place(robot: Robot, body: Any) -> Pose2D | None:
-    """Return the pose of a mark that only this server's list has; None for marks of the chassis's map."""
-    mark = robot.marks.find(body.mark) if hasattr(body, "mark") else None
-    if mark is None or mark.on_chassis:
-        return None
-    if body.kind != "mark":
+def _verb(robot: Robot, body: models.GoalRequest, mark: UserMark | None) -> Callable[[], Any]:
+    """Return what starts the goal; to a mark that only this server's list has, a drive to its pose."""
+    if mark is None or mark.on_chassis or mark.pose is None:
+        return partial(body.start, robot.chassis)
+    if not isinstance(body, models.MarkGoal):
         raise Problem(
             409,
             "{name} is a place of this list; the chassis itself must know a mark to {kind} there",
@@ -141,7 +110,15 @@ def _place(robot: Robot, body: Any) -> Pose2D | None:
             name=mark.name,
             kind=body.kind,
         )
-    return mark.pose
+    return partial(robot.chassis.go_to, mark.pose.x, mark.pose.y, mark.pose.yaw, **body.options)
+
+
+def _target(body: models.GoalRequest, mark: UserMark | None) -> dict[str, float] | None:
+    """Return the goal's target in the map; None if not known."""
+    if isinstance(body, models.PoseGoal):
+        return {"x": body.x, "y": body.y}
+    place = None if mark is None or mark.pose is None else pose_part(mark.pose)
+    return place and {"x": place["x"], "y": place["y"]}
 
 
 @goals.get("/goals", response_model=list[models.Goal])
