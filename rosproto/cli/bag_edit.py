@@ -30,10 +30,12 @@ NAMES = ("m", "topic", "t")  # of an expression
 def add_span_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options for topics and time span."""
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these; patterns such as '/cam/*'")
-    parser.add_argument("--exclude", nargs="+", metavar="TOPIC", default=[], help="not these")
-    parser.add_argument("-s", "--start", type=finite, default=None, metavar="SEC", help="leave out the first")
+    parser.add_argument("--exclude", nargs="+", metavar="TOPIC", default=[], help="leave these out")
     parser.add_argument(
-        "-u", "--duration", type=finite, default=None, metavar="SEC", help="seconds to take from there"
+        "-s", "--start", type=finite, default=None, metavar="SEC", help="skip this many seconds at the start"
+    )
+    parser.add_argument(
+        "-u", "--duration", type=finite, default=None, metavar="SEC", help="take only this many seconds"
     )
 
 
@@ -78,7 +80,7 @@ def add_filter_arguments(parser: argparse.ArgumentParser) -> None:
         "(t.secs, t.nsecs, t.to_sec()): \"topic == '/odom' and m.twist.twist.linear.x > 0\"",
     )
     parser.add_argument(
-        "-p", "--print", dest="shown", metavar="EXPRESSION", help="print its value for each message looked at"
+        "-p", "--print", dest="shown", metavar="EXPRESSION", help="print its value for each message examined"
     )
     add_span_arguments(parser)
     add_allow_damaged(parser)
@@ -154,7 +156,7 @@ def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
         help="NAME.mcap (by zstd unless --lz4 is given) or NAME.bag; with --ros2 a directory",
     )
     parser.add_argument(
-        "--ros2", action="store_true", help="make a bag of ROS 2 (SQLite), by the package rosbags"
+        "--ros2", action="store_true", help="write a ROS 2 bag (SQLite), with the package rosbags"
     )
     add_allow_damaged(parser)
     add_quiet(parser)
@@ -199,7 +201,9 @@ def add_decompress_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _in_place_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bags", nargs="+", metavar="BAG")
-    parser.add_argument("--output-dir", metavar="DIR", help="write there, made if need be; leaves the bags")
+    parser.add_argument(
+        "--output-dir", metavar="DIR", help="write to this directory (created if needed) and keep the bags"
+    )
     parser.add_argument("-f", "--force", action="store_true", help="replace an older NAME.orig.bag")
     add_allow_damaged(parser)
     add_quiet(parser)

@@ -26,41 +26,55 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of rosbag play."""
     add_graph_options(parser, as_json=False)
     parser.add_argument("bags", nargs="*", metavar="BAG", help="and remappings: /old:=/new")
-    parser.add_argument("-r", "--rate", type=finite, default=1.0, metavar="FACTOR", help="times as fast")
-    parser.add_argument("-s", "--start", type=finite, default=0.0, metavar="SEC", help="leave out the first")
+    parser.add_argument(
+        "-r", "--rate", type=finite, default=1.0, metavar="FACTOR", help="play this many times as fast"
+    )
+    parser.add_argument(
+        "-s", "--start", type=finite, default=0.0, metavar="SEC", help="skip this many seconds at the start"
+    )
     parser.add_argument(
         "-u", "--duration", type=finite, metavar="SEC", help="stop after this many seconds of the bag"
     )
-    parser.add_argument("-l", "--loop", action="store_true", help="begin again at the end")
-    parser.add_argument("-k", "--keep-alive", action="store_true", help="stay after the end (latched topics)")
+    parser.add_argument("-l", "--loop", action="store_true", help="start again at the end")
+    parser.add_argument(
+        "-k", "--keep-alive", action="store_true", help="keep running after the end, for latched topics"
+    )
     parser.add_argument("--clock", action="store_true", help="publish /clock with the time of the bag")
-    parser.add_argument("--hz", type=finite, default=100.0, help="this often (default: 100)")
+    parser.add_argument("--hz", type=finite, default=100.0, help="rate of /clock (default: 100)")
     parser.add_argument(
-        "-d", "--delay", type=finite, default=0.2, metavar="SEC", help="before beginning (0.2)"
+        "-d", "--delay", type=finite, default=0.2, metavar="SEC", help="wait before the first message (0.2)"
     )
-    parser.add_argument("--pause", action="store_true", help="begin paused")
+    parser.add_argument("--pause", action="store_true", help="start paused")
     parser.add_argument("-i", "--immediate", action="store_true", help="as fast as subscribers take it")
-    parser.add_argument("--queue", type=to_int, default=1000, metavar="N", help="of each topic (1000)")
-    parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these")
     parser.add_argument(
-        "--bags", nargs="+", dest="more_bags", default=[], metavar="BAG", help="after --topics"
+        "--queue", type=to_int, default=1000, metavar="N", help="queue size of each topic (1000)"
     )
-    parser.add_argument("-p", "--prefix", default="", help="in front of every topic")
-    parser.add_argument("--skip-empty", type=finite, metavar="SEC", help="leave out longer times of silence")
-    parser.add_argument("--pause-topics", nargs="+", metavar="TOPIC", default=[], help="pause before these")
+    parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="play only these")
     parser.add_argument(
-        "--rate-control-topic", metavar="TOPIC", help="wait for this topic: its header stamps are bag time"
+        "--bags", nargs="+", dest="more_bags", default=[], metavar="BAG", help="bags, after --topics"
+    )
+    parser.add_argument("-p", "--prefix", default="", help="prefix of every topic")
+    parser.add_argument("--skip-empty", type=finite, metavar="SEC", help="skip silences longer than this")
+    parser.add_argument(
+        "--pause-topics", nargs="+", metavar="TOPIC", default=[], help="pause before messages of these"
+    )
+    parser.add_argument(
+        "--rate-control-topic",
+        metavar="TOPIC",
+        help="keep in step with this topic, whose header stamps are bag time",
     )
     parser.add_argument(
         "--rate-control-max-delay",
         type=finite,
         default=1.0,
         metavar="SEC",
-        help="when so far ahead (1)",
+        help="wait when this far ahead of it (1)",
     )
-    parser.add_argument("--wait-for-subscribers", action="store_true", help="on every topic, then begin")
+    parser.add_argument(
+        "--wait-for-subscribers", action="store_true", help="wait for subscribers of every topic first"
+    )
     add_allow_damaged(parser)
-    parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print no progress line")
 
 
 def play(arguments: argparse.Namespace) -> None:

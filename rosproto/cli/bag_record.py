@@ -32,9 +32,14 @@ def add_record_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-a", "--all", action="store_true", help="every topic, also those that appear later")
     parser.add_argument("-e", "--regex", action="store_true", help="TOPICs are regular expressions")
     parser.add_argument(
-        "-x", "--exclude", action="append", default=[], metavar="REGEX", help="not these (repeat for more)"
+        "-x",
+        "--exclude",
+        action="append",
+        default=[],
+        metavar="REGEX",
+        help="leave these out (repeat for more)",
     )
-    parser.add_argument("--node", metavar="NAME", help="every topic this node subscribes")
+    parser.add_argument("--node", metavar="NAME", help="every topic that this node subscribes to")
     parser.add_argument("--tcpnodelay", action="store_true", help="ask publishers to send at once")
     parser.add_argument("--udp", action="store_true", help="take datagrams where publishers offer them")
     add_output_options(parser)
@@ -42,37 +47,39 @@ def add_record_arguments(parser: argparse.ArgumentParser) -> None:
 
 def add_output_options(parser: argparse.ArgumentParser) -> None:
     """Add the options for output, format and duration."""
-    parser.add_argument(
-        "-o", "--output-prefix", metavar="PREFIX", help="the name begins so, the date follows"
-    )
-    parser.add_argument("-O", "--output-name", metavar="NAME", help="exactly this name")
+    parser.add_argument("-o", "--output-prefix", metavar="PREFIX", help="start of the name; the date follows")
+    parser.add_argument("-O", "--output-name", metavar="NAME", help="use exactly this name")
     parser.add_argument("--force", action="store_true", help="replace a bag of that name")
-    parser.add_argument("--split", action="store_true", help="begin another bag at --size or --duration")
+    parser.add_argument("--split", action="store_true", help="start a new bag at --size or --duration")
     parser.add_argument("--max-splits", type=to_int, metavar="N", help="keep only the newest N")
     parser.add_argument("--size", type=finite, metavar="MB", help="end (or split) at this size")
     parser.add_argument(
-        "--duration", type=seconds_of, metavar="SEC", help="end (or split) after it: 30, 5m, 2h"
+        "--duration", type=seconds_of, metavar="SEC", help="end (or split) after this time: 30, 5m, 2h"
     )
-    parser.add_argument("-l", "--limit", type=to_int, metavar="N", help="N messages of each topic")
+    parser.add_argument("-l", "--limit", type=to_int, metavar="N", help="stop after N messages of each topic")
     parser.add_argument(
         "-b",
         "--buffsize",
         type=finite,
         default=256,
         metavar="MB",
-        help="most that may wait for the disk (256)",
+        help="limit of the data that waits for the disk (256)",
     )
     parser.add_argument("--chunksize", type=to_int, default=768, metavar="KB", help="size of chunks (768)")
     parser.add_argument(
-        "--min-space", type=finite, default=0, metavar="MB", help="end when the disk has less left"
+        "--min-space", type=finite, default=0, metavar="MB", help="end when less disk space is left"
     )
-    parser.add_argument("-p", "--publish", action="store_true", help="tell each bag's name on /begin_write")
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument("--repeat-latched", action="store_true", help="in each split: what is done anyway")
-    group.add_argument("--no-repeat-latched", action="store_true", help="do not repeat them in each split")
-    parser.add_argument("-q", "--quiet", action="store_true", help="no progress line")
     parser.add_argument(
-        "--format", choices=("bag", "mcap"), help="what is written; default: what NAME ends in, else bag"
+        "-p", "--publish", action="store_true", help="publish the name of each bag on /begin_write"
+    )
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "--repeat-latched", action="store_true", help="accepted for rosbag's sake: it is always so"
+    )
+    group.add_argument("--no-repeat-latched", action="store_true", help="do not repeat them in each split")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print no progress line")
+    parser.add_argument(
+        "--format", choices=("bag", "mcap"), help="format; default: by the ending of NAME, else bag"
     )
     add_compression(parser)
 

@@ -23,9 +23,11 @@ from .options import add_compression, add_json, add_quiet
 
 def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the bags and the output folder."""
-    parser.add_argument("bags", nargs="+", metavar="BAG", help="also the .bag.active of a dead recorder")
-    parser.add_argument("--output-dir", metavar="DIR", help="mend a copy there; the bags are not touched")
-    parser.add_argument("-f", "--force", action="store_true", help="replace what is there")
+    parser.add_argument(
+        "bags", nargs="+", metavar="BAG", help="also the .bag.active of a recorder that crashed"
+    )
+    parser.add_argument("--output-dir", metavar="DIR", help="repair a copy there; the bags are not changed")
+    parser.add_argument("-f", "--force", action="store_true", help="replace existing files")
     add_quiet(parser)
 
 
@@ -77,8 +79,8 @@ def _copy(path: str, output: str, quiet: bool) -> None:
 
 def add_fix_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the input and the output."""
-    parser.add_argument("bag", metavar="DAMAGED", help="is not changed")
-    parser.add_argument("output", metavar="OUTPUT", help="a new bag")
+    parser.add_argument("bag", metavar="DAMAGED", help="the damaged bag, which is not changed")
+    parser.add_argument("output", metavar="OUTPUT", help="the new bag")
     add_compression(parser)
 
 

@@ -46,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _node_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("node", help="as `rosproto dynparam list` names it")
     parser.add_argument(
-        "--timeout", type=positive, default=5.0, metavar="S", help="seconds it has to answer (5)"
+        "--timeout", type=positive, default=5.0, metavar="S", help="seconds to wait for its answer (5)"
     )
 
 

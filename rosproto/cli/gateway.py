@@ -196,7 +196,7 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
         type=count,
         default=64,
         metavar="N",
-        help="most clients at a time (default: 64); with more, less may wait for each",
+        help="maximum number of clients (default: 64); the more, the shorter the queue of each",
     )
     parser.add_argument("--allow", action="append", metavar="PATTERN", help="show only these names")
     parser.add_argument("--deny", action="append", default=[], metavar="PATTERN", help="but not these")
@@ -207,17 +207,17 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
         metavar="PATTERN",
         help="let clients publish, call, set or send goals: /name, /space/*, topic:/x, service:/x, action:/x",
     )
-    parser.add_argument("--read-only", action="store_true", help="refuse all of that in any case")
+    parser.add_argument("--read-only", action="store_true", help="never allow any of these")
     parser.add_argument(
         "--message-bytes",
         type=count,
         metavar="N",
-        help="longest message of a client (default: 1048576); one value or key is taken for every ten bytes",
+        help="largest message of a client in bytes (default: 1048576), with one value or key for every ten",
     )
     parser.add_argument(
         "--no-watchdog",
         action="store_true",
-        help="no process beside this one that sends zero where a client drives when this one is killed",
+        help="do not start the watchdog process, which sends zero if this one dies while a client drives",
     )
     parser.add_argument(
         "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"

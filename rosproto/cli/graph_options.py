@@ -28,7 +28,7 @@ def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) 
         help="definitions of your own or another firmware",
     )
     parser.add_argument(
-        "--no-learned", action="store_true", help="do without what `woosh learn` has kept for you"
+        "--no-learned", action="store_true", help="ignore the definitions that `woosh learn` has saved"
     )
     parser.add_argument(
         "--resolve",

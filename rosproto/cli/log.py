@@ -61,11 +61,11 @@ def _echo_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--match", type=_expression, metavar="REGEX", help="only lines that contain this")
     parser.add_argument(
-        "--exclude", type=_expression, metavar="REGEX", help="none of the lines that contain this"
+        "--exclude", type=_expression, metavar="REGEX", help="leave out lines that contain this"
     )
     parser.add_argument("-n", type=count, metavar="COUNT", help="stop after this many lines")
     parser.add_argument(
-        "--timeout", type=positive, metavar="S", help="give up when nothing comes for so long"
+        "--timeout", type=positive, metavar="S", help="give up after S seconds without a line"
     )
     parser.add_argument("--source", action="store_true", help="with file, line and function")
 

@@ -45,14 +45,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _cleanup_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--timeout", type=positive, default=2.0, metavar="S", help="seconds a node has to answer (2)"
+        "--timeout", type=positive, default=2.0, metavar="S", help="seconds to wait for a node's answer (2)"
     )
 
 
 def _list_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("namespace", nargs="?", default="", help="only nodes below this namespace")
-    parser.add_argument("-u", "--uris", action="store_true", help="URIs instead of names")
-    parser.add_argument("-a", "--all", action="store_true", help="URIs and names")
+    parser.add_argument("-u", "--uris", action="store_true", help="print URIs instead of names")
+    parser.add_argument("-a", "--all", action="store_true", help="print URIs and names")
 
 
 def _list(arguments: argparse.Namespace) -> None:
@@ -167,7 +167,7 @@ def _ping_arguments(parser: argparse.ArgumentParser) -> None:
         "-c", "--count", type=count, default=None, metavar="N", help="stop after this many (default: Ctrl-C)"
     )
     parser.add_argument(
-        "--timeout", type=positive, default=3.0, metavar="S", help="seconds a node has to answer (3)"
+        "--timeout", type=positive, default=3.0, metavar="S", help="seconds to wait for a node's answer (3)"
     )
 
 

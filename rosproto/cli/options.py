@@ -148,7 +148,7 @@ def add_allow_damaged(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-damaged",
         action="store_true",
-        help="exit code 0 although a bag is damaged and messages may be missing",
+        help="exit code 0 even if a bag is damaged and messages may be missing",
     )
 
 
@@ -186,7 +186,7 @@ def add_token(parser: argparse.ArgumentParser, variable: str, meaning: str) -> N
         "--token-file",
         type=Path,
         metavar="FILE",
-        help=f"the token in a file that only you may read (or ${variable}); nobody else sees it",
+        help=f"a file with the token, readable only by you (or ${variable})",
     )
 
 

@@ -57,7 +57,7 @@ def _set_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _dump_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", nargs="?", default="-", help="where to (default: standard output)")
+    parser.add_argument("file", nargs="?", default="-", help="file to write (default: standard output)")
     parser.add_argument("namespace", nargs="?", default="/")
 
 

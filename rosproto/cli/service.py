@@ -61,7 +61,7 @@ def _call_arguments(parser: argparse.ArgumentParser) -> None:
         help="the request: {field: value}, or its fields in order; without any, and not on a "
         "terminal, requests are read from standard input",
     )
-    parser.add_argument("--type", help="package/Type, where the service does not say")
+    parser.add_argument("--type", help="package/Type, if the service does not report it")
     parser.add_argument(
         "--timeout", type=positive, default=10.0, metavar="S", help="seconds for the call (10)"
     )

@@ -48,10 +48,10 @@ def _tree_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _echo_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("target", help="the frame that coordinates are given in: map")
-    parser.add_argument("source", help="the frame whose pose is asked: base_link")
+    parser.add_argument("source", help="the frame whose pose is wanted: base_link")
     parser.add_argument("-n", type=count, metavar="COUNT", help="stop after this many")
     parser.add_argument(
-        "-r", "--rate", type=positive, default=1.0, metavar="HZ", help="this often a second (default: 1)"
+        "-r", "--rate", type=positive, default=1.0, metavar="HZ", help="reports per second (default: 1)"
     )
     parser.add_argument(
         "--timeout",
@@ -68,7 +68,7 @@ def _frames_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _monitor_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("frame", nargs="*", help="only these; of two frames, the way between them")
+    parser.add_argument("frame", nargs="*", help="only these; with two frames, the path between them")
     parser.add_argument("-n", type=count, metavar="COUNT", help="stop after this many reports")
     parser.add_argument(
         "--every", type=positive, default=1.0, metavar="S", help="seconds between two reports (1)"

@@ -263,7 +263,7 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--filter", metavar="EXPRESSION", help='only messages for which it is true: "m.x > 1"'
     )
-    parser.add_argument("--noarr", action="store_true", help="tell the size of arrays, not their elements")
+    parser.add_argument("--noarr", action="store_true", help="print the size of arrays, not their elements")
     parser.add_argument("--nostr", action="store_true", help="leave strings out")
     parser.add_argument("--offset", action="store_true", help="times as durations since now")
     parser.add_argument("-b", "--bag", metavar="FILE", help="read messages from a bag, not from a graph")
@@ -271,11 +271,11 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-a", "--all", action="store_true", help="with a bag: the messages of every topic")
     parser.add_argument("--plot", action="store_true", help="draw numbers over time in the terminal")
     parser.add_argument(
-        "--seconds", type=positive, metavar="S", help="with --plot: so far back (30; of a bag all)"
+        "--seconds", type=positive, metavar="S", help="with --plot: seconds to show (30; of a bag: all)"
     )
     parser.add_argument("-w", type=count, metavar="WIDTH", dest="width", help="width of numbers")
     parser.add_argument(
-        "--timeout", type=positive, metavar="S", help="give up when no message comes for so long"
+        "--timeout", type=positive, metavar="S", help="give up after S seconds without a message"
     )
 
 

@@ -111,7 +111,7 @@ def add_watchdog(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--no-watchdog",
         action="store_true",
-        help="no process beside this one that stops the robot when this one is killed",
+        help="do not start the watchdog process, which stops the robot if this one is killed",
     )
 
 
@@ -122,7 +122,7 @@ def add_wait(parser: ArgumentParser, default: float = 5.0) -> None:
         type=positive,
         default=default,
         metavar="S",
-        help=f"seconds to wait for the chassis to say it ({default:g})",
+        help=f"seconds to wait for the chassis to report it ({default:g})",
     )
 
 

@@ -172,7 +172,7 @@ def _common(*, defaults: bool = False) -> Parser:
         "--sim-speed", type=positive, metavar="X", help="simulated seconds per second, with --sim"
     )
     group.add_argument(
-        "--host", type=host, metavar="ADDRESS", help="our own address, as the robot reaches it"
+        "--host", type=host, metavar="ADDRESS", help="address of this computer, as the robot reaches it"
     )
     group.add_argument(
         "--msg-path",
@@ -180,7 +180,9 @@ def _common(*, defaults: bool = False) -> Parser:
         metavar="FOLDER",
         help="a folder of .msg, .srv and .action files: further revisions for robots that have them",
     )
-    group.add_argument("--no-learned", action="store_true", help="do without what `woosh learn` has kept")
+    group.add_argument(
+        "--no-learned", action="store_true", help="ignore the definitions that `woosh learn` has saved"
+    )
     group.add_argument(
         "--resolve",
         action="append",
@@ -190,7 +192,7 @@ def _common(*, defaults: bool = False) -> Parser:
     general = parser.add_argument_group("general")
     general.add_argument("--json", action="store_true", help="JSON for programs instead of lines")
     general.add_argument(
-        "--lang", choices=LANGUAGES, help="language of what is said (default: as $LC_ALL or $LANG say)"
+        "--lang", choices=LANGUAGES, help="language of the output (default: from $LC_ALL or $LANG)"
     )
     general.add_argument("--debug", action="store_true", help="show the traceback of an error")
     return parser

@@ -36,7 +36,9 @@ def add_record(parser: ArgumentParser) -> None:
     parser.add_argument("topics", nargs="*", metavar="TOPIC", help="more topics, beside those of the chassis")
     parser.add_argument("--camera", action="store_true", help="also images and point clouds (much data)")
     parser.add_argument("--all", action="store_true", help="every topic of the graph")
-    parser.add_argument("-x", "--exclude", action="append", default=[], metavar="REGEX", help="not these")
+    parser.add_argument(
+        "-x", "--exclude", action="append", default=[], metavar="REGEX", help="leave these out"
+    )
     add_output_options(parser)
     parser.add_argument("--uncompressed", action="store_const", const="none", dest="compression")
     parser.set_defaults(compression="lz4", output_prefix=None)

@@ -181,7 +181,7 @@ def add_camera(parser: ArgumentParser) -> None:
         metavar="FILE",
         help="where to write it (default: camera-DATE-TIME.png in this folder)",
     )
-    where.add_argument("--no-file", action="store_true", help="write nothing, only tell about it")
+    where.add_argument("--no-file", action="store_true", help="write nothing, only describe it")
 
 
 def run_camera(args: Namespace, out: Output) -> None:

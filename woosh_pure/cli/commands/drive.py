@@ -47,15 +47,17 @@ def add_drive(parser: ArgumentParser) -> None:
         type=positive,
         default=0.4,
         metavar="S",
-        help="end the drive when the measured velocity is silent for so long (0.4)",
+        help="end the drive after S seconds without a measured velocity (0.4)",
     )
     parser.add_argument(
         "--share",
         action="store_true",
-        help="also beside another program that can send velocities: it is silent while you drive",
+        help="drive beside another program that can send velocities: it must be silent meanwhile",
     )
     parser.add_argument(
-        "--acknowledged", action="store_true", help="do not ask: you know that this bypasses the protection"
+        "--acknowledged",
+        action="store_true",
+        help="skip the confirmation: you know that this bypasses the protection",
     )
     add_watchdog(parser)
 

@@ -29,12 +29,12 @@ _WORDS = {
 
 def add_learn(parser: ArgumentParser) -> None:
     parser.add_argument("--dry-run", action="store_true", help="write nothing")
-    parser.add_argument("--all", action="store_true", help="list also what does not differ")
+    parser.add_argument("--all", action="store_true", help="also list what does not differ")
     parser.add_argument("--timeout", type=positive, default=30.0, metavar="S", help="in all (default 30)")
     parser.add_argument(
-        "--parallel", type=count, default=8, metavar="N", help="questions at once (default 8)"
+        "--parallel", type=count, default=8, metavar="N", help="requests in parallel (default 8)"
     )
-    parser.add_argument("--folder", type=Path, help="keep it there, in place of your own revisions folder")
+    parser.add_argument("--folder", type=Path, help="save there instead of in your revisions folder")
 
 
 def run_learn(args: Namespace, out: Output) -> int:

@@ -150,7 +150,7 @@ def add_marks(parser: ArgumentParser) -> None:
     place.add_argument("--pose", nargs=3, type=finite, metavar=POSE, help="m, m and degrees in the map")
     place.add_argument("--here", action="store_true", help="where the robot is now (the default)")
     place.add_argument(
-        "--no-pose", action="store_true", help="the name alone, of a mark on the chassis's map; asks no robot"
+        "--no-pose", action="store_true", help="only the name of a mark on the chassis's map; asks no robot"
     )
     owner = add.add_mutually_exclusive_group()
     owner.add_argument(
@@ -161,7 +161,7 @@ def add_marks(parser: ArgumentParser) -> None:
     owner.add_argument("--place", action="store_true", help=SUPPRESS)  # the default; for older scripts
     add.add_argument("--note", default="", help="anything")
     add_wait(add)
-    remove = verbs.add_parser("remove", help="take a mark off the list")
+    remove = verbs.add_parser("remove", help="remove a mark from the list")
     remove.add_argument("mark", help="its name")
 
 

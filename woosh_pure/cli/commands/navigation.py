@@ -28,11 +28,11 @@ from woosh_pure.geometry import Footprint, Pose2D
 
 def add_localization(parser: ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
-    show = verbs.add_parser("show", help="where it believes to be, and how sure it is")
+    show = verbs.add_parser("show", help="its estimated position and how sure it is")
     add_wait(show)
     verbs.add_parser("start", help="start the localisation module")
     verbs.add_parser("stop", help="stop it")
-    tell = verbs.add_parser("pose", help="tell it where the robot stands, after power-up for example")
+    tell = verbs.add_parser("pose", help="set the position of the robot, for example after power-up")
     # Three arguments: argparse cannot describe one positional of three values.
     tell.add_argument("x", type=finite, metavar="X", help="m, in the map")
     tell.add_argument("y", type=finite, metavar="Y", help="m, in the map")
@@ -192,7 +192,7 @@ def add_mode(parser: ArgumentParser) -> None:
         "--waiting-timeout",
         type=seconds,
         metavar="S",
-        help="how long wait-then-avoid waits (needed there; 0 may mean not at all)",
+        help="how long wait-then-avoid waits (required there; 0 may mean not at all)",
     )
     parser.add_argument(
         "--max-speed", type=seconds, default=0.0, metavar="M/S", help="0 keeps the configured one"

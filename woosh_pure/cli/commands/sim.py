@@ -57,10 +57,10 @@ FAULTS: dict[str, Callable[..., object]] = {
 def add_sim(parser: ArgumentParser) -> None:
     parser.add_argument("--port", type=port, default=11311, help="port of its own master (11311; 0: any)")
     parser.add_argument(
-        "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address to be reached at"
+        "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address at which others reach it"
     )
     parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
-    parser.add_argument("--seed", type=to_int, default=0, help="of everything random")
+    parser.add_argument("--seed", type=to_int, default=0, help="seed of everything random")
     parser.add_argument(
         "--map",
         type=Path,
@@ -88,18 +88,18 @@ def add_sim(parser: ArgumentParser) -> None:
         "--firmware",
         default="1.1.4",
         metavar="VERSION",
-        help="whose message definitions it speaks: a version of the vendor's package such as 1.1.4, 1.1.0, "
+        help="whose message definitions it uses: a version of the vendor's package such as 1.1.4, 1.1.0, "
         "1.0.8, or 'page' for the vendor's web page",
     )
     parser.add_argument(
         "--status-on-change",
         action="store_true",
-        help="say /robot_status on change only: who comes later is not told the state",
+        help="send /robot_status on change only: later subscribers do not receive it",
     )
     parser.add_argument(
         "--status-code-once",
         action="store_true",
-        help="say each status code once, and do not repeat the last one",
+        help="send each status code once, without repeating the last one",
     )
     parser.add_argument("--stops-on-silence", action="store_true", help="stop when velocity messages end")
     parser.add_argument(
@@ -107,7 +107,7 @@ def add_sim(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="S=FAULT",
-        help=f"let something happen after S seconds (10=estop), also repeated; one of {', '.join(FAULTS)}",
+        help=f"cause something after S seconds (10=estop), repeat for more; one of {', '.join(FAULTS)}",
     )
     parser.add_argument(
         "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"

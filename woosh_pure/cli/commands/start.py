@@ -111,9 +111,9 @@ def run_demo(args: Namespace, out: Output) -> int:
 
 def add_connect(parser: ArgumentParser) -> None:
     parser.add_argument("address", nargs="?", metavar="HOST", help="host or master URI, e.g. 169.254.128.2")
-    parser.add_argument("--show", action="store_true", help="show what is remembered")
-    parser.add_argument("--forget", action="store_true", help="forget it")
-    parser.add_argument("--unchecked", action="store_true", help="do not try to reach it first")
+    parser.add_argument("--show", action="store_true", help="show the saved address")
+    parser.add_argument("--forget", action="store_true", help="remove the saved address")
+    parser.add_argument("--unchecked", action="store_true", help="save it without connecting first")
 
 
 def run_connect(args: Namespace, out: Output) -> int:

@@ -105,7 +105,7 @@ def add_ready(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--listen", type=seconds, default=1.0, metavar="S", help="seconds to listen before judging (1)"
     )
-    parser.add_argument("--wait", type=seconds, metavar="S", help="wait so long until the answer is yes")
+    parser.add_argument("--wait", type=seconds, metavar="S", help="wait up to S seconds for the answer yes")
 
 
 def run_ready(args: Namespace, out: Output) -> int:

@@ -24,26 +24,32 @@ def add_vda5050(parser: ArgumentParser) -> None:
     add("--broker", metavar="URL", help="mqtt://HOST:PORT, or mqtts:// for TLS")
     add("--manufacturer", default="Woosh", help="part of the topics (Woosh)")
     add("--serial", help="serial number of this vehicle, part of the topics")
-    add("--version", choices=("2.0.0", "2.1.0"), default="2.1.0", help="of the protocol (2.1.0)")
-    add("--map-id", default="map", help="what the fleet manager calls the chassis's map (map)")
+    add("--version", choices=("2.0.0", "2.1.0"), default="2.1.0", help="version of the protocol (2.1.0)")
+    add("--map-id", default="map", help="the fleet manager's name of the chassis's map (map)")
     add("--interface", default="uagv", help="first level of the topics (uagv)")
-    add("--marks", action="store_true", help="take a node without a position for a mark of the chassis")
+    add("--marks", action="store_true", help="treat a node without a position as a mark of the chassis")
     add("--charger", default="", metavar="MARK", help="mark of the charger, for startCharging")
     add(
         "--undock",
         type=finite,
         default=0.0,
         metavar="M",
-        help="stopCharging drives so far straight (negative: back)",
+        help="distance that stopCharging drives straight (negative: backwards)",
     )
     add("--maps", action="store_true", help="let the fleet manager download, enable and delete maps")
     add("--zone-set", default="", metavar="ID", help="zoneSetId of the zones in the chassis's map")
     add(
         "--footprint",
         metavar="CORNERS",
-        help='outline for the factsheet, if the chassis tells none, m: "0.4,0.3 -0.4,0.3 -0.4,-0.3 0.4,-0.3"',
+        help='outline for the factsheet, if the chassis has none, m: "0.4,0.3 -0.4,0.3 -0.4,-0.3 0.4,-0.3"',
     )
-    add("--tolerance", type=positive, default=0.2, metavar="M", help="within which a node is reached (0.2)")
+    add(
+        "--tolerance",
+        type=positive,
+        default=0.2,
+        metavar="M",
+        help="distance within which a node is reached (0.2)",
+    )
     add("--visualization", type=positive, metavar="S", help="send a visualization message every S seconds")
     add(
         "--action",
@@ -57,17 +63,17 @@ def add_vda5050(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="TYPE=TARGET",
-        help="what waitForTrigger waits for: a function or program as with --action, which ends when it came",
+        help="what waitForTrigger waits for: a function or program (as --action) that ends at the trigger",
     )
     add(
         "--secrets",
         type=Path,
         metavar="FILE",
-        help="user and password, in two lines; only you may read it (or $WOOSH_MQTT_USER and "
+        help="file with user and password on two lines, readable only by you (or $WOOSH_MQTT_USER and "
         "$WOOSH_MQTT_PASSWORD)",
     )
     add("--ca", metavar="FILE", help="certificates of the authorities to trust, for mqtts://")
-    add("--cert", metavar="FILE", help="our certificate, for a broker that asks for one")
+    add("--cert", metavar="FILE", help="client certificate, if the broker asks for one")
     add("--key", metavar="FILE", help="its key")
     add("--config", type=Path, metavar="FILE", help="a fleet.toml: several chassis in one process")
     add("--state", type=Path, metavar="FOLDER", help="where orders are kept for a restart")

@@ -32,25 +32,25 @@ AGAIN_SECONDS = 1.0
 
 def add_web(parser: ArgumentParser) -> None:
     parser.add_argument(
-        "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="where to listen (127.0.0.1)"
+        "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address to listen on (127.0.0.1)"
     )
-    parser.add_argument("--port", type=port, default=8080, help="0 takes a free one (8080)")
+    parser.add_argument("--port", type=port, default=8080, help="port to listen on, 0 for a free one (8080)")
     add_token(parser, TOKEN_VARIABLE, "what everybody has to know; needed off this computer")
     parser.add_argument(
         "--allow-driving",
         action="store_true",
         help="let a page drive by velocity, PAST the obstacle avoidance; a person must watch",
     )
-    parser.add_argument("--no-browser", action="store_true", help="open none")
+    parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
     parser.add_argument(
         "--tls-cert", type=Path, metavar="FILE", help="certificate (PEM): https instead of http"
     )
-    parser.add_argument("--tls-key", type=Path, metavar="FILE", help="its key, where it is another file")
+    parser.add_argument("--tls-key", type=Path, metavar="FILE", help="its key, if it is in another file")
     parser.add_argument(
-        "--host-name", action="append", default=[], metavar="NAME", help="a name this server may be called by"
+        "--host-name", action="append", default=[], metavar="NAME", help="a further host name of this server"
     )
     parser.add_argument(
-        "--origin", action="append", default=[], metavar="URL", help="a page elsewhere that may ask"
+        "--origin", action="append", default=[], metavar="URL", help="allow web pages of this origin"
     )
     parser.add_argument(
         "--robot",
@@ -60,9 +60,7 @@ def add_web(parser: ArgumentParser) -> None:
         help="one more robot, as a further --chassis NAME=HOST",
     )
     parser.add_argument("--marks", type=Path, metavar="FILE", help="list of marks (default: `woosh marks`'s)")
-    parser.add_argument(
-        "--recordings", type=Path, metavar="FOLDER", help="where bags are kept (a temporary one)"
-    )
+    parser.add_argument("--recordings", type=Path, metavar="FOLDER", help="folder for bags (a temporary one)")
     add_watchdog(parser)
 
 
