@@ -328,9 +328,39 @@ def glossary(root: Path) -> Iterator[str]:
                 yield f"{path.name}: {word} is {good} here (CONTRIBUTING.md, Chinese words)"
 
 
+# -- What the code refers to ---------------------------------------------------------------------------------
+
+
+def references(root: Path) -> Iterator[str]:
+    """Files and facts of docs/wire.md that docstrings and comments of the packages name are there."""
+    facts = set(re.findall(r"^(\d+)\. ", read(root / "docs/wire.md"), re.MULTILINE))
+    for path in sorted(path for top in ("rosproto", "woosh_pure") for path in (root / top).rglob("*.py")):
+        text, where = read(path), path.relative_to(root).as_posix()
+        for name in re.findall(
+            r"(?<![\w/])(?:rosproto|woosh_pure|tests|tools|docs)/[\w/]+\.(?:py|md)\b", text
+        ):
+            if not (root / name).exists():
+                yield f"{where}: there is no {name}"
+        for word, number in re.findall(r"\b(wire\.md, fact|pitfall) (\d+)", text):
+            if word == "pitfall" or number not in facts:
+                yield f"{where}: docs/wire.md has no fact {number}; write (wire.md, fact N)"
+
+
 # -- All of it -----------------------------------------------------------------------------------------------
 
-CHECKS = (links, menu, length, readme, installing, architecture, reference, chinese, paragraphs, glossary)
+CHECKS = (
+    links,
+    menu,
+    length,
+    readme,
+    installing,
+    architecture,
+    reference,
+    chinese,
+    paragraphs,
+    glossary,
+    references,
+)
 
 
 def findings(root: Path = ROOT) -> list[str]:

@@ -229,7 +229,7 @@ class Registry:
         return Answer(SUCCESS, "current system state", [kind.state() for kind in kinds])
 
     def names_at(self, uri: str) -> list[str]:
-        """Names of the nodes registered with this URI (compared by host and port, pitfall 28)."""
+        """Names of the nodes registered with this URI (compared by host and port; wire.md, fact 28)."""
         return list(self._at.get(_endpoint(uri), ()))
 
     def __len__(self) -> int:

@@ -1,6 +1,6 @@
 """The node's time: this computer's, or the simulated time of /clock.
 
-`/use_sim_time` is read once, when the node is opened (pitfall 60). Simulated time is 0 before the first
+`/use_sim_time` is read once, when the node is opened. Simulated time is 0 before the first
 message of /clock, stops when /clock stops, and may jump back when a bag is played again, which wakes all
 sleeping threads.
 

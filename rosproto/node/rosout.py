@@ -2,7 +2,7 @@
 
 The records of `node.logger`, and of any logger with `Rosout.handler`, are published as rosgraph_msgs/Log,
 latched, as by rospy and roscpp. The library's own records are not published: a record about /rosout on
-/rosout would loop for ever (pitfall 61).
+/rosout would loop for ever.
 
 Every ROS node has the services ~get_loggers and ~set_logger_level for its log levels. Python's loggers
 belong to the process, so all nodes of a process give the same answers. Levels change only by the service,

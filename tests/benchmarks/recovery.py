@@ -238,7 +238,7 @@ def publisher_restarted() -> float:
 
 
 def publisher_same_port() -> float:
-    """The publisher dies without a word for two seconds and comes back on the same XML-RPC port (pitfall 29)."""
+    """The publisher dies without a word for two seconds and comes back on the same XML-RPC port (wire.md, fact 29)."""
     port = free_port()
     with Master() as master, Node("/b", master_uri=master.uri, intraprocess=False) as b:
         subscriber = b.subscriber("/t", STRING)

@@ -387,7 +387,7 @@ UPDATES: list[tuple[list[Call], list[str]]] = [
 def test_parameter_updates_are_those_of_rosmaster(
     writes: list[Call], keys: list[str], debian: str, ours: str
 ) -> None:
-    """Which keys with which values a subscriber is told (pitfall 33), and what the setter is not.
+    """Which keys with which values a subscriber is told (wire.md, fact 32), and what the setter is not.
 
     The last value per key: ours may skip those in between when they follow each other fast.
     """

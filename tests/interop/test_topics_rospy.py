@@ -43,7 +43,7 @@ def test_a_message_comes_back_from_rospy_as_it_was(
 
 
 def test_a_raw_relay_keeps_every_byte(any_master: str, genpy_packages: Path) -> None:
-    """Bytes from rospy are published again without decoding; header.seq is not touched (pitfall 59)."""
+    """Bytes from rospy are published again without decoding; header.seq is not touched."""
     type_name = "sensor_msgs/LaserScan"
     with (
         ros.start_rospy(ECHO, any_master, type_name, packages=genpy_packages),

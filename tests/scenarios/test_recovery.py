@@ -226,7 +226,7 @@ class Process:
 
 @pytest.mark.parametrize("port", ["other", "same"])
 def test_a_publisher_killed_and_started_again(port: str) -> None:
-    """With another XML-RPC port the master tells; with the same one only our own tries find it (pitfall 29)."""
+    """With another XML-RPC port the master tells; with the same one only our own tries find it (wire.md, fact 29)."""
     number = free_port() if port == "same" else 0
     with Master() as master, Node("/hearer", master_uri=master.uri, rosout=False) as node:
         subscriber = node.subscriber("/t", STRING, queue_size=1)

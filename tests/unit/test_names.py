@@ -11,7 +11,7 @@ from rosproto import names
     "name", ["", "/", "~", "a", "/a", "~a", "a/b", "/a/b_c/D9", "~/a", "a/", "A__", "/9", "/_a"]
 )
 def test_legal_names(name: str) -> None:
-    """First a letter, `/` or `~`, then letters, digits, `_`, `/` (pitfall 41)."""
+    """First a letter, `/` or `~`, then letters, digits, `_`, `/` (wire.md, fact 38)."""
     assert names.is_legal_name(name)
 
 
@@ -37,12 +37,12 @@ def test_legal_names(name: str) -> None:
     ],
 )
 def test_illegal_names(name: str) -> None:
-    """rospy's expression lets Unicode letters and a line feed at the end through; ours does not (pitfall 41)."""
+    """rospy's expression lets Unicode letters and a line feed at the end through; ours does not (wire.md, fact 38)."""
     assert not names.is_legal_name(name)
 
 
 def test_base_names() -> None:
-    """A node's own name has no slash (pitfall 41)."""
+    """A node's own name has no slash (wire.md, fact 38)."""
     assert all(map(names.is_legal_base_name, ["a", "Node_1", "x__"]))
     assert not any(
         map(names.is_legal_base_name, ["", "/a", "a/b", "~a", "_a", "1a", "a b", "a\n", "\u00e4", "a-b"])
@@ -63,7 +63,7 @@ def test_base_names() -> None:
     ],
 )
 def test_canonicalize(name: str, canonical: str) -> None:
-    """Double slashes collapse, one at the end goes (pitfall 41)."""
+    """Double slashes collapse, one at the end goes (wire.md, fact 38)."""
     assert names.canonicalize(name) == canonical
 
 
@@ -108,12 +108,12 @@ def test_join(ns: str, name: str, expected: str) -> None:
     ],
 )
 def test_resolve(name: str, resolved: str) -> None:
-    """Global ignores the namespace, private goes below the node's own name (docs/wire.md, fact 38)."""
+    """Global ignores the namespace, private goes below the node's own name (wire.md, fact 38)."""
     assert names.resolve(name, "/ns/node") == resolved
 
 
 def test_a_private_name_belongs_to_the_node_that_is_given() -> None:
-    """Several nodes of one process each have their own (pitfall 44)."""
+    """Several nodes of one process each have their own (wire.md, fact 38)."""
     assert names.resolve("~x", "/one") == "/one/x"
     assert names.resolve("~x", "/two") == "/two/x"
     assert names.resolve("x", "/one") == "/x"
@@ -150,7 +150,7 @@ def test_a_relative_node_name_is_refused() -> None:
 
 @pytest.mark.promise("Names are ASCII")
 def test_remappings_apply_after_both_sides_are_resolved() -> None:
-    """`scan:=/front/scan` also catches `/ns/scan` (pitfall 42), and is applied once, not in a chain."""
+    """`scan:=/front/scan` also catches `/ns/scan` (wire.md, fact 38), and is applied once, not in a chain."""
     remappings = names.resolve_remappings({"scan": "/front/scan", "~x": "y", "/front/scan": "/z"}, "/ns/node")
     assert remappings == {"/ns/scan": "/front/scan", "/ns/node/x": "/ns/y", "/front/scan": "/z"}
     assert names.resolve("scan", "/ns/node", remappings) == "/front/scan"
@@ -160,7 +160,7 @@ def test_remappings_apply_after_both_sides_are_resolved() -> None:
 
 
 def test_anonymous_names_are_legal_and_differ(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever the host is called (pitfall 43)."""
+    """Whatever the host is called (wire.md, fact 38)."""
     monkeypatch.setattr("platform.node", lambda: "My-PC.l\u00e4n:1")
     made = {names.anonymous_name("listener") for _ in range(50)}
     assert len(made) == 50
@@ -176,7 +176,7 @@ def test_package_resource() -> None:
 
 
 class TestArguments:
-    """Remapping arguments as wiki.ros.org/Remapping%20Arguments has them (pitfall 42)."""
+    """Remapping arguments as wiki.ros.org/Remapping%20Arguments has them (wire.md, fact 38)."""
 
     def test_each_kind_has_its_place(self) -> None:
         found = names.parse_arguments(

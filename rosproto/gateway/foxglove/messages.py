@@ -3,7 +3,7 @@
 A text message is JSON with an `op`; a binary message begins with an opcode and has little-endian numbers.
 `read` checks a client's message and refuses a wrong one with a sentence.
 
-Source: docs/spec.md of github.com/foxglove/ws-protocol.
+Source: github.com/foxglove/ws-protocol/blob/main/docs/spec.md.
 """
 
 from __future__ import annotations

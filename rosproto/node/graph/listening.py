@@ -64,7 +64,7 @@ class TcprosServer(TcpServer):
         try:
             fields = read_header(sock, self._limits, deadline)
         except (ConnectionLost, RosTimeout) as error:
-            # No warning: tools probe a port by connecting and closing (pitfall 8).
+            # No warning: tools probe a port by connecting and closing (wire.md, fact 8).
             _log.debug("! %s:%s sent no connection header: %s", *peer[:2], error)
             sock.close()
             return
@@ -89,7 +89,7 @@ class TcprosServer(TcpServer):
 
 
 def _answer_http(sock: socket.socket, peer: tuple[str, int]) -> None:
-    """Answer a call for a slave API that had this port before: masters still call dead nodes (pitfall 31).
+    """Answer a call for a slave API that had this port before: masters still call dead nodes.
 
     No warning, since the user cannot prevent these calls.
     """

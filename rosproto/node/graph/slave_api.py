@@ -133,7 +133,7 @@ class SlaveApi:
     # -- news -----------------------------------------------------------------------------------------------
 
     def _publisher_update(self, peer: str, caller_id: str, topic: Any, publishers: Any) -> Reply:
-        """Return 1 also for a topic that we no longer subscribe: the update may be late (pitfall 27)."""
+        """Return 1 also for a topic that we no longer subscribe: it may be late (wire.md, fact 27)."""
         topic = _topic(topic)
         uris = _uris(publishers)
         if self._is_master_address(peer):

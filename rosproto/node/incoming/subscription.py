@@ -427,7 +427,7 @@ class Subscription:
 
 
 def _canonical(uri: str) -> str:
-    """Key of a publisher: host and port, as roscpp compares them; rospy compares the text (pitfall 28)."""
+    """Key of a publisher: host and port, as roscpp has it; rospy compares the text (wire.md, fact 28)."""
     try:
         host, port = parse_uri(uri)
     except ValueError:

@@ -170,7 +170,7 @@ class FrameEncoder:
         type_ = self._type
         if type_.is_wildcard or type(message) is not type_.message_class:
             if isinstance(message, (bytes, bytearray, memoryview)):
-                return _raw_frame(message)  # a relay: the bytes stay unchanged (pitfall 59)
+                return _raw_frame(message)  # a relay: the bytes stay unchanged
             if isinstance(message, AnyMsg):
                 return _raw_frame(message._buff)
             self.check_class(message)

@@ -109,7 +109,7 @@ def test_resets_anywhere(door: str, victim: Victim, unharmed: Unharmed) -> None:
 
 @pytest.mark.parametrize("door", DOORS)
 def test_two_thousand_that_connect_and_close(door: str, victim: Victim, unharmed: Unharmed) -> None:
-    """As port scans and plain probes do (pitfall 8)."""
+    """As port scans and plain probes do (wire.md, fact 8)."""
     with unharmed():
         for _ in range(2000):
             attacks.connect(getattr(victim, door)).close()

@@ -134,7 +134,7 @@ def test_search_refuses_private_keys_and_relative_namespaces(namespace: str, key
 
 
 def test_subscribers_at_and_above_hear_the_changed_key_but_not_the_one_who_set_it() -> None:
-    """The key in the update is the changed one, with a trailing slash (pitfall 33)."""
+    """The key in the update is the changed one, with a trailing slash (wire.md, fact 32)."""
     tree = ParameterTree(subscribers(a=["one", "setter"], a__b=["two"], other=["three"], **{"": ["root"]}))
     assert told(tree.set("/a/b", 5, "/setter")) == [
         ("http://one/", "/a/b/", 5),

@@ -23,13 +23,13 @@ def hashed(text: str) -> str:
 
 
 def test_the_empty_message() -> None:
-    """d41d8cd9... is md5 of nothing (pitfall 46)."""
+    """d41d8cd9... is md5 of nothing."""
     assert md5sum("") == md5sum("# words\n\n") == "d41d8cd98f00b204e9800998ecf8427e"
 
 
 @pytest.mark.promise("Constants come first, fields after them")
 def test_constants_come_first_in_file_order() -> None:
-    """Also when they are written after fields (pitfall 45)."""
+    """Also when they are written after fields (wire.md, fact 39)."""
     assert hashed("int8 a\nint8 X=1\nint8 b\nint8 A=2\n") == "int8 X=1\nint8 A=2\nint8 a\nint8 b"
 
 
@@ -40,7 +40,7 @@ def test_comments_white_space_and_line_ends_do_not_matter() -> None:
 
 @pytest.mark.promise("Constants come first, fields after them")
 def test_message_types_lose_their_array_suffix_and_builtin_types_keep_it() -> None:
-    """`U[] u`, `U[3] u` and `U u` hash alike (pitfall 45)."""
+    """`U[] u`, `U[3] u` and `U u` hash alike (wire.md, fact 39)."""
     sums = {md5sum(f"U{array} u", U="int8 a") for array in ("", "[]", "[3]", "[4]")}
     assert len(sums) == 1
     assert len({md5sum(f"int8{array} u") for array in ("", "[]", "[3]", "[4]", "[04]")}) == 5
@@ -55,7 +55,7 @@ def test_a_used_type_counts_by_its_md5sum() -> None:
 
 @pytest.mark.promise("A text constant is everything behind the first")
 def test_string_constants_keep_everything_behind_the_equals_sign() -> None:
-    """The sum is genmsg's own (pitfall 47)."""
+    """The sum is genmsg's own (wire.md, fact 40)."""
     assert md5sum("string FOO=a # b") == "dbd5b370e0d325b714367f7037b8f8ec"
     assert hashed("string FOO=#abc  ") == "string FOO=#abc"
     assert hashed("string FOO=") == "string FOO="
@@ -63,14 +63,14 @@ def test_string_constants_keep_everything_behind_the_equals_sign() -> None:
 
 @pytest.mark.promise("A text constant is everything behind the first")
 def test_other_constants_keep_their_literal() -> None:
-    """`True` is not `1`, `1.50` is not `1.5` (pitfall 48)."""
+    """`True` is not `1`, `1.50` is not `1.5` (wire.md, fact 40)."""
     assert md5sum("bool B=True") != md5sum("bool B=1")
     assert md5sum("float32 X=1.50") != md5sum("float32 X=1.5")
     assert hashed("float32  X =  1.50  # half") == "float32 X=1.50"
 
 
 def test_aliases_keep_their_name() -> None:
-    """`byte b` is not `int8 b` though it is the same on the wire (pitfall 48)."""
+    """`byte b` is not `int8 b` though it is the same on the wire."""
     assert len({md5sum(f"{kind} b") for kind in ("byte", "int8", "char", "uint8")}) == 4
 
 

@@ -40,7 +40,7 @@ def test_a_message_may_be_empty(text: str) -> None:
 
 
 def test_crlf_line_ends_do_not_matter() -> None:
-    """A carriage return before the line feed is white space (pitfall 46)."""
+    """A carriage return before the line feed is white space."""
     spec = parse("int32 a\r\nstring S=x\r\n")
     assert spec.fields == parse("int32 a").fields
     assert spec.constants[0].value == spec.constants[0].text == "x"
@@ -54,7 +54,7 @@ def test_a_comment_needs_no_space_before_it() -> None:
 @pytest.mark.promise("A tab separates nothing in genmsg")
 @pytest.mark.parametrize("text", ["int32\ta", "int32 \ta b", "\tint32\ta\n"])
 def test_a_tab_is_no_separator_in_a_file(text: str) -> None:
-    """genmsg splits at blanks only, so such a file breaks every other ROS tool (pitfall 50)."""
+    """genmsg splits at blanks only, so such a file breaks every other ROS tool (wire.md, fact 42)."""
     with pytest.raises(DefinitionError):
         parse(text)
 
@@ -67,7 +67,7 @@ def test_the_error_about_a_tab_says_so() -> None:
 
 @pytest.mark.promise("A tab separates nothing in genmsg")
 def test_a_tab_from_a_peer_is_read() -> None:
-    """Other generators accept it, and the md5sum is the same (pitfall 50: lenient on input)."""
+    """Other generators accept it, and the md5sum is the same (wire.md, fact 42: lenient on input)."""
     spec = parse("int32\ta\nstring\tS=x\tx # y\nuint8\t\tB = 3\n", lenient=True)
     assert spec.fields == parse("int32 a").fields
     assert [(c.name, c.text) for c in spec.constants] == [("S", "x\tx # y"), ("B", "3")]
@@ -145,14 +145,14 @@ def test_names_of_types_are_checked(name: str) -> None:
 
 
 def test_keywords_and_other_names_of_python_are_legal() -> None:
-    """woosh_msgs/NavMode has a field `in` (pitfall 51)."""
+    """woosh_msgs/NavMode has a field `in` (wire.md, fact 43)."""
     spec = parse("uint8 in\nuint8 class\nuint8 None\nuint8 self\nuint8 serialize\n")
     assert [f.name for f in spec.fields] == ["in", "class", "None", "self", "serialize"]
 
 
 @pytest.mark.promise("Comments hold any bytes, and fields may be")
 def test_texts_may_hold_anything_in_comments() -> None:
-    """Quotes, back-ticks, other alphabets and bytes that are not UTF-8 (pitfall 51)."""
+    """Quotes, back-ticks, other alphabets and bytes that are not UTF-8 (wire.md, fact 43)."""
     text = 'int32 a # `rm` """ \'\'\' \\ \u4e2d\u6587 \udcff\nstring S=\'"""\\\n'
     spec = parse(text)
     assert spec.text == text
@@ -160,7 +160,7 @@ def test_texts_may_hold_anything_in_comments() -> None:
 
 
 class TestHeader:
-    """`Header` is special in one spelling and `header` in one place (pitfall 49)."""
+    """`Header` is special in one spelling and `header` in one place (wire.md, fact 41)."""
 
     @pytest.mark.promise("`Header` is `std_msgs/Header` unless it is an array")
     def test_header_is_short_for_std_msgs_anywhere(self) -> None:
@@ -190,7 +190,7 @@ class TestHeader:
 
 
 class TestConstants:
-    """Literals are kept as written and checked as genmsg checks them (docs/wire.md, fact 40)."""
+    """Literals are kept as written and checked as genmsg checks them (wire.md, fact 40)."""
 
     @pytest.mark.parametrize(
         ("text", "value", "literal"),

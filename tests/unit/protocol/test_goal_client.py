@@ -13,7 +13,7 @@ S, G = CommState, GoalStatus
 WIRE_STATUSES = [g for g in GoalStatus if g is not GoalStatus.LOST]
 
 # What rospy's actionlib does, written out by state: status -> path, None where it reports an error.
-# tests/interop/test_actions_tables.py compares the whole table with the installed actionlib.
+# tests/interop/test_actions_rospy.py compares the whole table with the installed actionlib.
 EXPECTED = {
     (S.WAITING_FOR_GOAL_ACK, G.PREEMPTED): (S.ACTIVE, S.PREEMPTING, S.WAITING_FOR_RESULT),
     (S.WAITING_FOR_GOAL_ACK, G.REJECTED): (S.PENDING, S.WAITING_FOR_RESULT),

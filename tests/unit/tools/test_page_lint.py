@@ -45,6 +45,18 @@ def test_the_reference_shows_what_is_there(tmp_path: Path) -> None:
     assert any("does not show woosh_pure.Chassis of" in line for line in found)
 
 
+def test_docstrings_name_files_and_facts_that_are_there(tmp_path: Path) -> None:
+    tree(tmp_path, docs__wire="1. A fact.\n")
+    (tmp_path / "rosproto").mkdir()
+    (tmp_path / "rosproto/a.py").write_text(
+        "# rosproto/a.py, rosproto/gone.py (wire.md, fact 1), (wire.md, fact 2)"
+    )
+    assert list(page_lint.references(tmp_path)) == [
+        "rosproto/a.py: there is no rosproto/gone.py",
+        "rosproto/a.py: docs/wire.md has no fact 2; write (wire.md, fact N)",
+    ]
+
+
 def test_how_architecture_md_may_be_wrong(tmp_path: Path) -> None:
     page = "`rosproto/gone.py` `somewhere.py` `tests/` \n| I want to change | where | tests |\n|---|---|---|\n| a | b | c |\n"
     (tmp_path / "rosproto/room").mkdir(parents=True)
