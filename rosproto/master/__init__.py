@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from .api import MasterApi
-from .notifications import Notification, ParamUpdate, PublisherUpdate
-from .parameters import ParameterTree
-from .registry import Registry
-from .server import Master
+from rosproto.master.api import MasterApi
+from rosproto.master.notifications import Notification, ParamUpdate, PublisherUpdate
+from rosproto.master.parameters import ParameterTree
+from rosproto.master.registry import Registry
+from rosproto.master.server import Master
 
 __all__ = [
     "Master",

@@ -18,11 +18,10 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from rosproto.logs import PeerLog, get_logger
-
-from . import validation as v
-from .notifications import Notification
-from .parameters import ParameterTree, subscription_key
-from .registry import ERROR, FAILURE, SUCCESS, Answer, Registry
+from rosproto.master import validation as v
+from rosproto.master.notifications import Notification
+from rosproto.master.parameters import ParameterTree, subscription_key
+from rosproto.master.registry import ERROR, FAILURE, SUCCESS, Answer, Registry
 
 _log = get_logger("rosproto.master")
 

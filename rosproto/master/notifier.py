@@ -25,8 +25,7 @@ from typing import Protocol
 
 from rosproto.coercion import as_float
 from rosproto.logs import PeerLog, get_logger
-
-from .notifications import Notification
+from rosproto.master.notifications import Notification
 
 _log = get_logger("rosproto.master")
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from .notifications import ParamUpdate
+from rosproto.master.notifications import ParamUpdate
 
 Subscribers = Mapping[str, Mapping[tuple[str, str], None]]
 

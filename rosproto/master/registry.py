@@ -22,7 +22,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from .notifications import Notification, PublisherUpdate, Shutdown
+from rosproto.master.notifications import Notification, PublisherUpdate, Shutdown
 
 ANY_TYPE = "*"
 FAILURE, SUCCESS, ERROR = 0, 1, -1

@@ -7,18 +7,17 @@ import threading
 
 from rosproto.errors import RosError
 from rosproto.logs import PeerLog, get_logger
+from rosproto.master.api import MasterApi, UnknownMethod
+from rosproto.master.notifier import Notifier
+from rosproto.master.parameters import ParameterTree
+from rosproto.master.registry import SUCCESS, Registry
+from rosproto.master.slave_calls import NodeSender
 from rosproto.protocol.wire_limits import Limits
 from rosproto.protocol.xmlrpc import Fault
 from rosproto.transport import Peer, XmlRpcServer, is_loopback, local_address_towards, make_uri
 from rosproto.transport.deadline import wait_event
 from rosproto.transport.forking import is_forked_child
 from rosproto.transport.tcp_server import Allow
-
-from .api import MasterApi, UnknownMethod
-from .notifier import Notifier
-from .parameters import ParameterTree
-from .registry import SUCCESS, Registry
-from .slave_calls import NodeSender
 
 _log = get_logger("rosproto.master")
 

@@ -23,12 +23,11 @@ from enum import Enum
 
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout
 from rosproto.logs import PeerLog, get_logger
+from rosproto.master.notifications import Notification, ParamUpdate, PublisherUpdate, Shutdown
+from rosproto.master.notifier import DeliveryOutcome
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import Deadline, XmlRpcClient, connect, read_header, unpack, write_header
-
-from .notifications import Notification, ParamUpdate, PublisherUpdate, Shutdown
-from .notifier import DeliveryOutcome
 
 _log = get_logger("rosproto.master")
 
