@@ -132,7 +132,7 @@ __all__ = [
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `rosproto` with these arguments (default: `sys.argv`) and return the exit code."""
     try:
-        from .entry import main as command  # late: no traceback for Ctrl-C during the import
+        from rosproto.cli.entry import main as command  # late: no traceback for Ctrl-C during the import
     except KeyboardInterrupt:
         return 130
     return command(argv)

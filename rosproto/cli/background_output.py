@@ -25,8 +25,8 @@ from contextlib import contextmanager
 from queue import SimpleQueue
 from typing import Any
 
-from .console import OutputError, TerminalGone
-from .signals import Terminated
+from rosproto.cli.console import OutputError, TerminalGone
+from rosproto.cli.signals import Terminated
 
 MOST = 500
 """Pieces of text that may wait for their reader."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import importlib
 
-from . import topic
-from .graph_options import Verb, add_verbs
+from rosproto.cli import topic
+from rosproto.cli.graph_options import Verb, add_verbs
 
 VERBS = {
     "info": ("bag_info", "info", "tell what is in bags, without reading the messages"),

@@ -11,17 +11,16 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 from rosproto.bag import BagReader, RawMessage, create_bag
+from rosproto.cli.bag_files import Compression, check_local, check_new, compression_of, opened, whole
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.console import counted
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.expression import Expression
+from rosproto.cli.options import add_allow_damaged, add_compression, add_quiet, finite
 from rosproto.codec import decode
 from rosproto.files import replace_file
 from rosproto.text import human_bytes
 from rosproto.time import Time
-
-from .bag_files import Compression, check_local, check_new, compression_of, opened, whole
-from .bag_progress import Progress
-from .console import counted
-from .exit_codes import CommandError
-from .expression import Expression
-from .options import add_allow_damaged, add_compression, add_quiet, finite
 
 Entry = tuple[str, "RawMessage", "Time"]
 NAMES = ("m", "topic", "t")  # of an expression

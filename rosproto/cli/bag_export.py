@@ -9,16 +9,15 @@ from contextlib import ExitStack
 from typing import Any, TextIO
 
 from rosproto.bag import BagReader
+from rosproto.cli.bag_edit import add_span_arguments, span, wanted_topics, write
+from rosproto.cli.bag_files import MCAP_COMPRESSION, check_new, named, next_to, opened, whole
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.console import counted
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.export_parquet import need, new_paths, write_parquet
+from rosproto.cli.fields import header, parse_field_path, row
+from rosproto.cli.options import add_allow_damaged, add_quiet
 from rosproto.codec import Message
-
-from .bag_edit import add_span_arguments, span, wanted_topics, write
-from .bag_files import MCAP_COMPRESSION, check_new, named, next_to, opened, whole
-from .bag_progress import Progress
-from .console import counted
-from .exit_codes import CommandError
-from .export_parquet import need, new_paths, write_parquet
-from .fields import header, parse_field_path, row
-from .options import add_allow_damaged, add_quiet
 
 
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:

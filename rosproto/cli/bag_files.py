@@ -12,11 +12,10 @@ from urllib.parse import unquote, urlsplit
 from rosproto.bag import BagReader, open_bag
 from rosproto.bag.opening import is_mcap_name
 from rosproto.bag.remote import is_remote
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.console import OutputError, counted
+from rosproto.cli.exit_codes import CommandError, say
 from rosproto.errors import BagError
-
-from .bag_progress import Progress
-from .console import OutputError, counted
-from .exit_codes import CommandError, say
 
 Compression = Literal["none", "bz2", "lz4", "zstd"]
 MCAP_COMPRESSION: Literal["zstd"] = "zstd"

@@ -12,12 +12,11 @@ from collections.abc import Callable
 
 from rosproto.bag import BagReader
 from rosproto.bag.summary import Facts, facts, text, yaml, yaml_value
+from rosproto.cli.bag_files import reader_of
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.console import shows_unicode
+from rosproto.cli.exit_codes import CommandError
 from rosproto.text import printable
-
-from .bag_files import reader_of
-from .bag_progress import Progress
-from .console import shows_unicode
-from .exit_codes import CommandError
 
 CURVE = 24  # characters
 FINE = 16  # minimum chunks per part to treat a chunk as one moment

@@ -7,16 +7,16 @@ import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from .background_output import hurry
-from .bag_files import opened
-from .bag_progress import Progress
-from .console import counted, is_terminal
-from .exit_codes import CommandError
-from .graph_clients import open_node
-from .graph_options import add_graph_options
-from .keys import Keys, open_keys
-from .options import add_allow_damaged, finite, to_int
-from .signals import interrupt_on_signals
+from rosproto.cli.background_output import hurry
+from rosproto.cli.bag_files import opened
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.console import counted, is_terminal
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import open_node
+from rosproto.cli.graph_options import add_graph_options
+from rosproto.cli.keys import Keys, open_keys
+from rosproto.cli.options import add_allow_damaged, finite, to_int
+from rosproto.cli.signals import interrupt_on_signals
 
 if TYPE_CHECKING:
     from rosproto.recording import Player

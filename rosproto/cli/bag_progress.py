@@ -11,9 +11,8 @@ import threading
 import time
 from typing import TextIO
 
+from rosproto.cli.console import own
 from rosproto.text import cut, human_bytes, padded, printable, width
-
-from .console import own
 
 FIRST_AFTER = 1.0
 EVERY = 0.25

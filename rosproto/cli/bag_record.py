@@ -7,15 +7,14 @@ import re
 import sys
 from typing import TYPE_CHECKING, Any
 
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.console import counted
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import open_node
+from rosproto.cli.graph_options import add_graph_options
+from rosproto.cli.options import add_compression, finite, to_int
+from rosproto.cli.signals import interrupt_on_signals
 from rosproto.text import human_bytes
-
-from .bag_progress import Progress
-from .console import counted
-from .exit_codes import CommandError
-from .graph_clients import open_node
-from .graph_options import add_graph_options
-from .options import add_compression, finite, to_int
-from .signals import interrupt_on_signals
 
 if TYPE_CHECKING:
     from rosproto.node import Node

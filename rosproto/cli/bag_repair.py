@@ -8,17 +8,16 @@ from collections import Counter
 
 from rosproto.bag import BagReader, recover
 from rosproto.bag import reindex as mend
+from rosproto.cli.bag_files import check_local, check_new, compression_of, reader_of, whole
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.console import counted
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.options import add_compression, add_json, add_quiet
 from rosproto.codec import Message, decode
 from rosproto.errors import BagError, CodecError, DefinitionError
 from rosproto.files import replace_file
 from rosproto.msg import bundled
 from rosproto.text import printable
-
-from .bag_files import check_local, check_new, compression_of, reader_of, whole
-from .bag_progress import Progress
-from .console import counted
-from .exit_codes import CommandError
-from .options import add_compression, add_json, add_quiet
 
 
 def add_reindex_arguments(parser: argparse.ArgumentParser) -> None:

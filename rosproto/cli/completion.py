@@ -12,10 +12,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from rosproto.cli.parser import Parser, verbs_of
 from rosproto.errors import RosError
 from rosproto.text import printable
-
-from .parser import Parser, verbs_of
 
 Names = Callable[[], Iterable[str]]
 FILES = 10
@@ -103,7 +102,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the script or the completions."""
-    from .entry import parser_for
+    from rosproto.cli.entry import parser_for
 
     words = _typed(arguments)
     given = _walked(parser_for(words), words[:-1]).given
@@ -249,9 +248,8 @@ def _names_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> dict[
         words: The command line so far.
         given: Its positional arguments.
     """
+    from rosproto.cli.graph_options import add_graph_options, master_uri
     from rosproto.node.graph.master_client import MasterClient
-
-    from .graph_options import add_graph_options, master_uri
 
     parser = argparse.ArgumentParser(add_help=False)
     add_graph_options(parser)
@@ -328,11 +326,10 @@ def _flow(value: Any) -> str:
 
 def _template_of(options: argparse.Namespace, given: Mapping[str, Sequence[str]]) -> list[str]:
     """Return the template for `topic pub TOPIC TYPE` and `service call NAME`, or nothing."""
+    from rosproto.cli.graph_clients import absolute
+    from rosproto.cli.graph_options import library_for
+    from rosproto.cli.service import type_of
     from rosproto.codec import message_class, service_class
-
-    from .graph_clients import absolute
-    from .graph_options import library_for
-    from .service import type_of
 
     try:
         if "type" in given:

@@ -6,11 +6,11 @@ import argparse
 from functools import partial
 from typing import TYPE_CHECKING
 
-from .exit_codes import CommandError
-from .graph_clients import unknown
-from .graph_options import Verb, add_verbs, library_for
-from .options import add_allow_damaged, add_json
-from .parser import near
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import unknown
+from rosproto.cli.graph_options import Verb, add_verbs, library_for
+from rosproto.cli.options import add_allow_damaged, add_json
+from rosproto.cli.parser import near
 
 if TYPE_CHECKING:
     from rosproto.msg import DefinitionLibrary
@@ -110,9 +110,8 @@ def _joined(arguments: argparse.Namespace) -> str:
 
 def _in_bag(arguments: argparse.Namespace) -> DefinitionLibrary:
     """Return the requested definitions from a bag."""
+    from rosproto.cli.bag_files import opened
     from rosproto.msg import DefinitionLibrary, library_from_full_text
-
-    from .bag_files import opened
 
     if arguments.kind != "msg":
         raise ValueError("--bag: bags hold messages only, no services and actions")

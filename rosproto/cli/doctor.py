@@ -7,12 +7,11 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosproto.cli.console import counted
+from rosproto.cli.graph_clients import CALLER_ID, master_client
+from rosproto.cli.graph_options import add_graph_options, host_names, master_uri
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.text import printable
-
-from .console import counted
-from .graph_clients import CALLER_ID, master_client
-from .graph_options import add_graph_options, host_names, master_uri
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState

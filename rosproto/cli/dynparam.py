@@ -10,15 +10,14 @@ import argparse
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import absolute, master_client, open_node, unknown
+from rosproto.cli.graph_options import add_verbs
+from rosproto.cli.options import folder_exists, positive
+from rosproto.cli.yaml_values import load_text, to_text, value_of
 from rosproto.errors import RosTimeout
 from rosproto.files import read_text, write_file
 from rosproto.text import printable
-
-from .exit_codes import CommandError
-from .graph_clients import absolute, master_client, open_node, unknown
-from .graph_options import add_verbs
-from .options import folder_exists, positive
-from .yaml_values import load_text, to_text, value_of
 
 SERVICE = "/set_parameters"
 SERVICE_TYPE = "dynamic_reconfigure/Reconfigure"

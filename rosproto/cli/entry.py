@@ -17,12 +17,11 @@ import sys
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from rosproto.cli.exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, say
+from rosproto.cli.output import Output
+from rosproto.cli.parser import Parser, give_examples, leaves
+from rosproto.cli.process import Task, exit_codes_line, run_command, words_of
 from rosproto.version import __version__
-
-from .exit_codes import DONE, EXIT_CODES, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, say
-from .output import Output
-from .parser import Parser, give_examples, leaves
-from .process import Task, exit_codes_line, run_command, words_of
 
 MEANT = {
     **{verb: f"rosproto topic {verb}" for verb in ("echo", "hz", "bw", "pub", "list", "delay")},

@@ -9,11 +9,10 @@ import os
 import sys
 
 from rosproto import sentence
+from rosproto.cli.console import OutputError
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import led, sentence_of
 from rosproto.text import printable
-
-from .console import OutputError
 
 DONE, FAILED, WRONG_USE, UNREACHABLE = 0, 1, 2, 4
 INTERRUPTED, TERMINATED = 130, 143

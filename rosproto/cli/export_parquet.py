@@ -12,12 +12,11 @@ from typing import Any
 from zlib import crc32
 
 from rosproto.bag import BagReader
-
-from .bag_edit import span
-from .bag_files import check_new, named, next_to, whole
-from .bag_progress import Progress
-from .console import counted
-from .exit_codes import CommandError
+from rosproto.cli.bag_edit import span
+from rosproto.cli.bag_files import check_new, named, next_to, whole
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.console import counted
+from rosproto.cli.exit_codes import CommandError
 
 GROUP_BYTES = 32 << 20
 """Of a row group, in memory: readers take one at a time."""

@@ -15,14 +15,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import quote
 
+from rosproto.cli.background_output import hurry
+from rosproto.cli.exit_codes import CommandError, cannot_listen
+from rosproto.cli.graph_clients import open_node
+from rosproto.cli.graph_options import add_graph_options
+from rosproto.cli.options import add_token, count, host, port, seconds, token_of
+from rosproto.cli.signals import interrupt_on_signals
 from rosproto.errors import ConnectionLost, LocalProtocolError
-
-from .background_output import hurry
-from .exit_codes import CommandError, cannot_listen
-from .graph_clients import open_node
-from .graph_options import add_graph_options
-from .options import add_token, count, host, port, seconds, token_of
-from .signals import interrupt_on_signals
 
 if TYPE_CHECKING:
     import ssl

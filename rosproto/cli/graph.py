@@ -11,11 +11,10 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING, NamedTuple
 
+from rosproto.cli.graph_clients import absolute, master_client, unknown
+from rosproto.cli.graph_options import add_graph_options
+from rosproto.cli.pictures import add_picture_options, form_of, quoted, svg_page, write_picture
 from rosproto.text import printable
-
-from .graph_clients import absolute, master_client, unknown
-from .graph_options import add_graph_options
-from .pictures import add_picture_options, form_of, quoted, svg_page, write_picture
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import SystemState

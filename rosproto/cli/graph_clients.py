@@ -8,12 +8,11 @@ from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from rosproto.cli.console import warn
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_options import given_names, host_names, master_uri, msg_path
+from rosproto.cli.parser import near
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
-
-from .console import warn
-from .exit_codes import CommandError
-from .graph_options import given_names, host_names, master_uri, msg_path
-from .parser import near
 
 if TYPE_CHECKING:  # imported late: --help does not need them
     from rosproto.node.graph.master_client import MasterClient
@@ -30,7 +29,7 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
     Raises:
         ConnectionLost: The address is unreachable, does not answer, or is not a master.
     """
-    from .escaped_api import EscapedMasterClient
+    from rosproto.cli.escaped_api import EscapedMasterClient
 
     hosts = host_names(arguments)
     with EscapedMasterClient(master_uri(arguments), CALLER_ID, timeout=TIMEOUT, hosts=hosts) as master:
@@ -42,7 +41,7 @@ def master_client(arguments: argparse.Namespace) -> Iterator[MasterClient]:
 
 def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) -> NodeClient:
     """Return a client of a node's slave API; `guess` uses the master's address for an unknown host."""
-    from .escaped_api import EscapedNodeClient
+    from rosproto.cli.escaped_api import EscapedNodeClient
 
     return EscapedNodeClient(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
 

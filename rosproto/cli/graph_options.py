@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
-from .options import AddArguments, add_json
+from rosproto.cli.options import AddArguments, add_json
 
 if TYPE_CHECKING:  # imported late: --help does not need them
     from rosproto.msg import DefinitionLibrary

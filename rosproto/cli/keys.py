@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, Protocol
 
-from .console import TerminalGone
+from rosproto.cli.console import TerminalGone
 
 _SEQUENCES = {"A": "up", "B": "down", "C": "right", "D": "left"}
 _WINDOWS = {"H": "up", "P": "down", "M": "right", "K": "left"}

@@ -8,14 +8,13 @@ import sys
 import time
 from typing import Any
 
+from rosproto.cli.console import enable_escapes, warn
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import absolute, below, master_client, open_node, unknown
+from rosproto.cli.graph_options import add_verbs
+from rosproto.cli.options import argument, count, positive
 from rosproto.errors import RosTimeout, ServiceError
 from rosproto.text import printable
-
-from .console import enable_escapes, warn
-from .exit_codes import CommandError
-from .graph_clients import absolute, below, master_client, open_node, unknown
-from .graph_options import add_verbs
-from .options import argument, count, positive
 
 LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}
 """rosgraph_msgs/Log, as its definition numbers them."""

@@ -7,15 +7,14 @@ import sys
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
+from rosproto.cli.background_output import hurry
+from rosproto.cli.exit_codes import CommandError, cannot_listen
+from rosproto.cli.options import host, port
+from rosproto.cli.signals import interrupt_on_signals
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.os_errors import allow_open_files
 from rosproto.transport.uri import make_uri, parse_uri
-
-from .background_output import hurry
-from .exit_codes import CommandError, cannot_listen
-from .options import host, port
-from .signals import interrupt_on_signals
 
 if TYPE_CHECKING:
     from rosproto.master import Master

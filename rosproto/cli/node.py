@@ -6,14 +6,13 @@ import argparse
 import time
 from typing import TYPE_CHECKING, Any
 
+from rosproto.cli.console import warn
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import absolute, below, master_client, node_client, unknown, warn_if_none
+from rosproto.cli.graph_options import add_verbs, host_names
+from rosproto.cli.options import argument, count, positive
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.text import printable
-
-from .console import warn
-from .exit_codes import CommandError
-from .graph_clients import absolute, below, master_client, node_client, unknown, warn_if_none
-from .graph_options import add_verbs, host_names
-from .options import argument, count, positive
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient, SystemState

@@ -8,10 +8,9 @@ import subprocess
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.options import folder_exists
 from rosproto.files import write_file
-
-from .exit_codes import CommandError
-from .options import folder_exists
 
 FORMS = {".dot": "dot", ".gv": "dot", ".svg": "svg", ".txt": "text", ".png": "png", ".pdf": "pdf"}
 """What is written, by the ending of the file."""

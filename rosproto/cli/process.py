@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from typing import NamedTuple
 
-from .background_output import everything_is_written, hurry, in_background
-from .console import TerminalGone, as_typed, escape_what_cannot_be_printed, guarded
-from .exit_codes import DONE, INTERRUPTED, TERMINATED, WRONG_USE, explain, output_is_gone
-from .signals import Terminated, linger_when_closed, signals_unwind
+from rosproto.cli.background_output import everything_is_written, hurry, in_background
+from rosproto.cli.console import TerminalGone, as_typed, escape_what_cannot_be_printed, guarded
+from rosproto.cli.exit_codes import DONE, INTERRUPTED, TERMINATED, WRONG_USE, explain, output_is_gone
+from rosproto.cli.signals import Terminated, linger_when_closed, signals_unwind
 
 
 class Task(NamedTuple):

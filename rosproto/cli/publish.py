@@ -9,18 +9,17 @@ import time
 from collections.abc import Iterable
 from typing import Any
 
+from rosproto.cli.background_output import hurry
+from rosproto.cli.console import is_terminal, warn
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import absolute, master_client, open_node
+from rosproto.cli.graph_options import library_for
+from rosproto.cli.yaml_values import load_documents, value_of
 from rosproto.codec import Message, message_class
 from rosproto.codec.dicts import from_dict
 from rosproto.errors import RosTimeout
 from rosproto.files import read_text
 from rosproto.time import Time
-
-from .background_output import hurry
-from .console import is_terminal, warn
-from .exit_codes import CommandError
-from .graph_clients import absolute, master_client, open_node
-from .graph_options import library_for
-from .yaml_values import load_documents, value_of
 
 LINGER = 3.0  # seconds that -1 stays, as rostopic does, for subscribers that are still connecting
 FILE_RATE = 10.0  # messages per second from a file or standard input, as in rostopic

@@ -6,12 +6,9 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, Any
 
-from rosproto.errors import DefinitionError, MasterError, RosError, RosTimeout
-from rosproto.text import printable
-
-from .console import is_terminal, warn
-from .exit_codes import CommandError
-from .graph_clients import (
+from rosproto.cli.console import is_terminal, warn
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import (
     CALLER_ID,
     TIMEOUT,
     absolute,
@@ -21,10 +18,12 @@ from .graph_clients import (
     unknown,
     warn_if_none,
 )
-from .graph_options import add_verbs, host_names, library_for
-from .options import argument, positive
-from .parser import near
-from .yaml_values import load_documents, to_flow, value_of
+from rosproto.cli.graph_options import add_verbs, host_names, library_for
+from rosproto.cli.options import argument, positive
+from rosproto.cli.parser import near
+from rosproto.cli.yaml_values import load_documents, to_flow, value_of
+from rosproto.errors import DefinitionError, MasterError, RosError, RosTimeout
+from rosproto.text import printable
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient

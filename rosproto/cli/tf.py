@@ -14,17 +14,16 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from rosproto.cli.console import warn
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import open_node
+from rosproto.cli.graph_options import add_verbs
+from rosproto.cli.options import count, positive, seconds
+from rosproto.cli.output import Output
+from rosproto.cli.parser import near
+from rosproto.cli.pictures import add_picture_options, form_of, quoted, svg_page, write_picture
 from rosproto.errors import RosError, RosTimeout
 from rosproto.text import printable
-
-from .console import warn
-from .exit_codes import CommandError
-from .graph_clients import open_node
-from .graph_options import add_verbs
-from .options import count, positive, seconds
-from .output import Output
-from .parser import near
-from .pictures import add_picture_options, form_of, quoted, svg_page, write_picture
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

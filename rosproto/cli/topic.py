@@ -9,17 +9,16 @@ import argparse
 import time
 from typing import TYPE_CHECKING
 
+from rosproto.cli import topic_rates
+from rosproto.cli.console import warn
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.fields import split_topic
+from rosproto.cli.graph_clients import absolute, below, master_client, unknown, warn_if_none
+from rosproto.cli.graph_options import add_verbs, library_for
+from rosproto.cli.options import add_allow_damaged, argument, count, positive
+from rosproto.cli.parser import near
 from rosproto.errors import MasterError
 from rosproto.text import printable
-
-from . import topic_rates
-from .console import warn
-from .exit_codes import CommandError
-from .fields import split_topic
-from .graph_clients import absolute, below, master_client, unknown, warn_if_none
-from .graph_options import add_verbs, library_for
-from .options import add_allow_damaged, argument, count, positive
-from .parser import near
 
 if TYPE_CHECKING:
     from rosproto.bag import BagReader
@@ -222,7 +221,7 @@ def _by_host(master: MasterClient, published: Side, subscribed: Side) -> dict[st
 
 def _stamps(bag: BagReader, names: list[str]) -> list[float]:
     """Return the receive time of each message, s."""
-    from .bag_progress import Progress
+    from rosproto.cli.bag_progress import Progress
 
     found = []
     with Progress(f"reading {bag.path}", sum(bag.topics[name].message_count for name in names)) as progress:
@@ -234,7 +233,7 @@ def _stamps(bag: BagReader, names: list[str]) -> list[float]:
 
 def _of_bag(arguments: argparse.Namespace) -> None:
     """Print topics, or the message count and times of a namespace, as rostopic list -b."""
-    from .bag_files import opened
+    from rosproto.cli.bag_files import opened
 
     with opened(arguments.bag, arguments) as bag:
         names = below(bag.topics, arguments.namespace)
@@ -281,7 +280,7 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
 
 def echo(arguments: argparse.Namespace) -> None:
     """Print until interrupted, or -n messages."""
-    from .echo import run  # late: `topic list` needs no codec
+    from rosproto.cli.echo import run  # late: `topic list` needs no codec
 
     run(arguments)
 
@@ -312,6 +311,6 @@ def _add_pub_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _pub(arguments: argparse.Namespace) -> None:
-    from .publish import run
+    from rosproto.cli.publish import run
 
     run(arguments)

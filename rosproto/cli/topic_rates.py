@@ -8,14 +8,13 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from rosproto.cli.console import warn
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.expression import Expression
+from rosproto.cli.graph_clients import absolute, below, master_client, open_node
+from rosproto.cli.options import count
+from rosproto.cli.parser import near
 from rosproto.rates import Bandwidth, Statistics, Window, bandwidth_text, delay_text, hz_table, hz_text
-
-from .console import warn
-from .exit_codes import CommandError
-from .expression import Expression
-from .graph_clients import absolute, below, master_client, open_node
-from .options import count
-from .parser import near
 
 
 def add_hz_arguments(parser: argparse.ArgumentParser) -> None:

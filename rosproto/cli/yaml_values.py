@@ -11,9 +11,8 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from rosproto.cli.exit_codes import CommandError
 from rosproto.typed_values import angle_loader, parse_value
-
-from .exit_codes import CommandError
 
 BLOCK = re.compile(r":(\s|$)|^\s*[-?!&*|>]")
 """A text that YAML takes for more than itself: `a: 1`, `- 1`, `!degrees 90`."""
