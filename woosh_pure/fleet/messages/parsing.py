@@ -20,17 +20,7 @@ from typing import Any, TypeVar
 from rosproto.json_fields import MISSING, Expected, FieldError, Reader
 from rosproto.text import printable, short
 from woosh_pure.fleet.messages import elements
-from woosh_pure.fleet.messages.elements import (
-    ACTION,
-    NODE,
-    Action,
-    Edge,
-    Header,
-    InstantActions,
-    Node,
-    Order,
-    first_repeated,
-)  # fmt: skip
+from woosh_pure.fleet.messages.elements import ACTION, NODE, Action, Edge, Header, InstantActions, Node, Order
 
 MOST_BYTES = 1_000_000
 """Largest message; `msgLen` of the factsheet."""
@@ -117,7 +107,9 @@ def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """A JSON object; repeated keys are an error, because it is not clear which value is meant."""
     found = dict(pairs)
     if len(found) < len(pairs):
-        raise ValueError(f"the key {first_repeated(key for key, _ in pairs)!r} comes twice in one object")
+        raise ValueError(
+            f"the key {elements.first_repeated(key for key, _ in pairs)!r} comes twice in one object"
+        )
     return found
 
 
@@ -175,8 +167,8 @@ def _require_shape(order: Order) -> None:
     for n, (edge, node) in enumerate(zip(edges, nodes[1:], strict=True)):
         ends = (edge.start, edge.end)
         require(ends == (nodes[n].id, node.id), f"edges[{n}]", f"from {nodes[n].id} to {node.id}", ends)
-        elements: tuple[tuple[str, Node | Edge], ...] = ((f"edges[{n}]", edge), (f"nodes[{n + 1}]", node))
-        for path, each in elements:
+        both: tuple[tuple[str, Node | Edge], ...] = ((f"edges[{n}]", edge), (f"nodes[{n + 1}]", node))
+        for path, each in both:
             wanted = before.sequence + 1
             require(each.sequence == wanted, f"{path}.sequenceId", f"{wanted}: it counts on", each.sequence)
             behind = f"{path}.released"
@@ -186,5 +178,5 @@ def _require_shape(order: Order) -> None:
         require(
             edge.released == node.released, f"edges[{n}].released", "as that of its end node", edge.released
         )
-    repeated = first_repeated(action.id for action in order.actions())
+    repeated = elements.first_repeated(action.id for action in order.actions())
     require(repeated is None, "actions", "each actionId once", repeated)
