@@ -85,12 +85,16 @@ class ClientPublication:
         self.message_class: type[Message] = publisher.message_class
         self.closed = False
 
-    def publish(self, message: Any) -> None:
+    def publish(self, message: Any, received: float | None = None) -> None:
         """Publish a message or its encoded bytes; never waits for a subscriber.
+
+        Args:
+            message: The message.
+            received: When it came, by `time.monotonic()`; None means now.
 
         Raises:
             CodecError: A value does not fit its field.
-            LocalProtocolError: This is closed; or a velocity is not finite, or too large.
+            LocalProtocolError: This is closed; or the velocity watchdog refuses the velocity.
         """
         if self.closed:
             raise LocalProtocolError(f"{self.topic}: not advertised any more")
@@ -98,7 +102,7 @@ class ClientPublication:
             if self._early.publish(message):
                 return
             self._early = None
-        self._owner.velocity_watchdog.publish(self.client, self._publisher, message)
+        self._owner.velocity_watchdog.publish(self.client, self._publisher, message, received)
 
     def close(self) -> None:
         """Stop publishing; if the client drove there, zero follows. May be called again."""

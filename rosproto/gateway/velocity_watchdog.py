@@ -6,8 +6,11 @@ robots react differently, and some drive on. Such a velocity does not keep a dri
 
 Most robots keep driving at the last velocity. If the last velocity of a client was not zero and the client
 leaves, or sends nothing for half a second, zero is published on that topic several times, unless another
-client drives there. This protects against closed pages and lost networks. It is not an emergency stop. If
-this process is killed, the watchdog process (`rosproto.watchdog`), if there is one, sends the zeros.
+client drives there. A velocity that waited in the gateway (its topic was being opened) while a zero of
+another client came is not published after that zero.
+
+This protects against closed pages and lost networks. It is not an emergency stop. If this process is killed,
+the watchdog process (`rosproto.watchdog`), if there is one, sends the zeros.
 """
 
 from __future__ import annotations
@@ -62,6 +65,7 @@ HEADER = "std_msgs/Header"
 
 SILENCE = 0.5  # seconds
 OVER = 0.5  # seconds from the first zero to the last
+MAX_ZEROS = 256  # topics whose newest zero is remembered
 FASTEST = 1000.0  # m/s, rad/s: no robot drives faster, so a larger number is a mistake of the client
 
 
@@ -230,6 +234,7 @@ class VelocityWatchdog:
         self._publishers: dict[str, Publisher] = {}
         self._frames: dict[str, str] = {}
         self._watches: dict[str, Watch] = {}
+        self._zeros_received: dict[str, float] = {}  # when the newest zero of each topic came
         self._thread: threading.Thread | None = None
         self._closed = False
         self.zeros = 0
@@ -247,17 +252,25 @@ class VelocityWatchdog:
         if watch is not None:
             watch.drop()
 
-    def publish(self, client: Hashable, publisher: Publisher, message: Any) -> None:
+    def publish(
+        self,
+        client: Hashable,
+        publisher: Publisher,
+        message: Any,
+        received: float | None = None,
+    ) -> None:
         """Publish a client's message, and watch the client if it is a velocity.
 
         Args:
             client: The client.
             publisher: Must stay open for a second after the client has gone.
             message: A message, or its encoded bytes.
+            received: When it came, by `time.monotonic()`; None means now.
 
         Raises:
             CodecError: The bytes are not a message of that type.
-            LocalProtocolError: The publisher is closed; or a velocity is not finite, or too large.
+            LocalProtocolError: The publisher is closed; or a velocity is not finite, too large, or older than
+                a zero that was published.
         """
         if not is_velocity(publisher.message_class):
             publisher.publish(message)
@@ -268,8 +281,15 @@ class VelocityWatchdog:
         moving = moves(message)
         with self._changed:  # published and recorded in the same order
             topic = publisher.topic
+            received = time.monotonic() if received is None else received
             if moving and self._closed:
                 return  # no zero would follow
+            if moving and received < self._zeros_received.get(topic, 0.0):
+                raise LocalProtocolError(
+                    f"a velocity for {topic} is not published: it waited, and a zero came after it"
+                )
+            if not moving:
+                self._note_zero(topic, received)
             if moving:
                 self._publishers[topic] = publisher
                 header = getattr(message, "header", None)
@@ -279,6 +299,13 @@ class VelocityWatchdog:
             publisher.publish(message)
             self._table.note(client, topic, time.monotonic(), moving=moving)
             self._disarm()
+
+    def _note_zero(self, topic: str, received: float) -> None:
+        """Called with the lock held."""
+        newest = max(received, self._zeros_received.pop(topic, 0.0))
+        if len(self._zeros_received) >= MAX_ZEROS:
+            del self._zeros_received[next(iter(self._zeros_received))]
+        self._zeros_received[topic] = newest
 
     def gone(self, client: Hashable, topic: str | None = None) -> None:
         """A client has left, or stopped publishing on a topic: send zero now where it drove."""

@@ -7,6 +7,7 @@ JSON for typed and steered messages, also for types whose definition they do not
 from __future__ import annotations
 
 import threading
+import time
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
@@ -84,7 +85,7 @@ class ClientPublisher:
         with self._lock:
             behind = asked.channel in self._behind
         if behind:
-            self._put_behind(asked.channel, partial(self.publish, asked))
+            self._put_behind(asked.channel, partial(self.publish, asked, time.monotonic()))
         elif is_short(asked.data):
             self.publish(asked)
         else:
@@ -189,8 +190,8 @@ class ClientPublisher:
         if isinstance(advertised, AdvertisedTopic):
             advertised.publication.close()
 
-    def publish(self, asked: Publish) -> None:
-        """Publish a message; errors are reported to the client."""
+    def publish(self, asked: Publish, received: float | None = None) -> None:
+        """Publish a message that came then (None: now); errors are reported to the client."""
         with self._lock:
             advertised = self._advertised.get(asked.channel)
         connection = self._viewer.channel
@@ -204,7 +205,7 @@ class ClientPublisher:
         elif not (connection.gone and is_velocity(advertised.publication.message_class)):
             # A velocity whose client has gone in the meantime is not published.
             try:
-                advertised.publication.publish(self._message(advertised, asked.data))
+                advertised.publication.publish(self._message(advertised, asked.data), received)
                 self.published += 1
             except (JsonError, CodecError) as problem:
                 it = "it " if isinstance(problem, JsonError) else ""

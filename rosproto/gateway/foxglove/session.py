@@ -120,7 +120,7 @@ class FoxgloveSession:
         if isinstance(asked, messages.Publish):
             if self._publishing.publish_at_once(asked):
                 return
-            await state.pool.run(partial(self._publishing.publish, asked))
+            await state.pool.run(partial(self._publishing.publish, asked, time.monotonic()))
         elif isinstance(asked, messages.Call):
             self._call(asked)
         elif isinstance(asked, messages.FetchAsset):

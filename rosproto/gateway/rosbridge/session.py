@@ -64,6 +64,7 @@ class RosbridgeSession:
         self._advertised: dict[str, set[Id]] = {}
         self._credentials_came = False
         self._authenticated = not state.authenticate
+        self._received = 0.0  # when the message that is carried out now came
         if state.authenticate:
             channel.later(state.limits.handshake_seconds, self._authentication_timed_out)
         self._calls = ServiceCalls(state, self._protocol, channel)
@@ -98,7 +99,8 @@ class RosbridgeSession:
 
     async def received(self, data: Payload) -> None:
         """Carry out one message; in the server's loop."""
-        await self._carry_out_all(self._protocol.receive(data, time.monotonic(), at_once=True), long=False)
+        self._received = time.monotonic()
+        await self._carry_out_all(self._protocol.receive(data, self._received, at_once=True), long=False)
 
     @property
     def longest(self) -> int:
@@ -266,7 +268,7 @@ class RosbridgeSession:
             return  # a velocity that waited while its client left
         now = self._state.node.clock.now()
         self._state.tf.publishes(self, publication.topic, asked.msg)
-        publication.publish(from_values(publication.message_class, asked.msg, now=now))
+        publication.publish(from_values(publication.message_class, asked.msg, now=now), self._received)
 
     # -- authentication -------------------------------------------------------------------------------------
 

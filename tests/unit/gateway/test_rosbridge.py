@@ -17,6 +17,8 @@ from rosproto.errors import ServiceError
 from rosproto.gateway import Access, GatewayLimits
 from rosproto.gateway.rosbridge.png import publish_png
 from rosproto.gateway.rosbridge.server_state import LONG_CALLS
+from rosproto.gateway.rosbridge.session import RosbridgeSession
+from tests.support.doors import held
 from tests.unit.gateway.conftest import Graph
 
 String = message_class("std_msgs/String")
@@ -668,3 +670,26 @@ def test_credentials_have_to_come_in_time(graph: Graph, serve: Serve, connect: S
     client = connect(serve(authenticate=True, limits=GatewayLimits(handshake_seconds=0.3)))
     code, reason = client.closed()
     assert (code, "in time" in reason) == (1008, True)
+
+
+def test_a_velocity_that_waits_is_not_published_after_another_client_s_zero(
+    graph: Graph, serve: Serve, connect: Serve, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first velocity of a topic waits while the topic is opened; the next one is published."""
+    velocities: list[float] = []
+    got = graph.robot.subscriber("/cmd_vel", Twist, lambda message: velocities.append(message.linear.x))
+    bridge = serve(write=["topic:/cmd_vel"])
+    driver, other = connect(bridge), connect(bridge)
+    other.send(op="advertise", topic="/cmd_vel", type="geometry_msgs/Twist")
+    got.wait_for_connection(10)
+    with held(monkeypatch, RosbridgeSession, "_open") as (came, go_on):
+        driver.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.5}})
+        assert came.wait(10)
+        other.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.0}})
+        until(lambda: len(velocities) == 1)
+        go_on.set()
+        assert "a zero came after it" in driver.op("status")["msg"]
+    assert velocities == [0.0]
+    driver.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.25}})
+    until(lambda: len(velocities) >= 2)
+    assert velocities[:2] == [0.0, 0.25]

@@ -344,3 +344,14 @@ def test_no_client_publishes_past_the_velocity_watchdog() -> None:
     for path in sorted(root.rglob("*.py")):
         look(ast.parse(path.read_text("utf-8")), path.relative_to(root).as_posix(), ())
     assert dict(found) == PUBLISHES
+
+
+def test_a_velocity_that_came_before_a_zero_is_not_published_after_it() -> None:
+    """Of whichever client; one that came later is."""
+    publisher, velocity_watchdog = Recorder(), VelocityWatchdog()
+    velocity_watchdog.publish("b", publisher, Twist(), received=2.0)
+    with pytest.raises(LocalProtocolError, match="a zero came after it"):
+        velocity_watchdog.publish("a", publisher, forward(), received=1.0)
+    velocity_watchdog.publish("a", publisher, forward(), received=3.0)
+    assert len(publisher.got) == 2
+    velocity_watchdog.close()
