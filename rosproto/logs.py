@@ -15,13 +15,13 @@ from rosproto.text import printable
 
 __all__ = ["PeerLog", "cut", "get_logger"]
 
-MOST_CHARACTERS = 4000  # of one argument: two definitions side by side fit
+MAX_CHARACTERS = 4000  # of one argument: two definitions side by side fit
 WINDOW = 60.0  # seconds
-MOST_PER_MESSAGE = 10  # with the same `about` and message, in one window
-MOST_IN_ALL = 100
+MAX_PER_MESSAGE = 10  # with the same `about` and message, in one window
+MAX_IN_ALL = 100
 
 
-def cut(text: object, most: int = MOST_CHARACTERS) -> str:
+def cut(text: object, most: int = MAX_CHARACTERS) -> str:
     """The text, or its beginning and the number of characters left out."""
     whole = str(text)
     return whole if len(whole) <= most else f"{whole[:most]}... ({len(whole) - most} characters more)"
@@ -42,7 +42,7 @@ class PeerLog:
         self._monotonic = monotonic
         self._lock = threading.Lock()
         self._limits: BoundedCache[tuple[str, str], _RateLimit] = BoundedCache(256)
-        self._all = _RateLimit(MOST_IN_ALL)
+        self._all = _RateLimit(MAX_IN_ALL)
 
     def info(self, about: str, message: str, *args: object) -> None:
         """As `warning`."""
@@ -74,7 +74,7 @@ class PeerLog:
             now, key = self._monotonic(), (about, message)
             limit = self._limits.get(key)
             if limit is None:
-                limit = _RateLimit(MOST_PER_MESSAGE)
+                limit = _RateLimit(MAX_PER_MESSAGE)
                 self._limits.put(key, limit)
             if not (limit.allows(now) and self._all.allows(now)):
                 limit.left_out += 1

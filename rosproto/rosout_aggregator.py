@@ -35,7 +35,7 @@ __all__ = ["RosoutAggregator"]
 _log = get_logger("rosproto.node")
 
 MOST_BYTES = 100 << 20  # of one file
-MOST_OLD_FILES = 10
+MAX_OLD_FILES = 10
 _LEVELS = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 
 _LINES = "\n\t"  # allowed in a message
@@ -98,7 +98,7 @@ class RosoutLog:
 
     def _begin_next(self) -> None:
         self.close()
-        for number in range(MOST_OLD_FILES - 1, -1, -1):
+        for number in range(MAX_OLD_FILES - 1, -1, -1):
             older = f"{self.path}.{number}" if number else self.path
             if os.path.exists(older):
                 replace_file(older, f"{self.path}.{number + 1}")

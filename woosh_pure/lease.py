@@ -24,7 +24,7 @@ __all__ = ["DEFAULT_SECONDS", "MOST_SECONDS", "ChassisLease", "LeaseState"]
 
 DEFAULT_SECONDS = 60.0
 MOST_SECONDS = 3600.0
-MOST_ASKING = 16
+MAX_ASKING = 16
 """Further requests are refused: clients fill this list, so it is bounded."""
 _logger = get_logger("woosh_pure.lease")
 
@@ -141,7 +141,7 @@ class ChassisLease:
             if self._holder in (None, owner):
                 return False
             if owner not in self._asking:
-                if len(self._asking) >= MOST_ASKING:
+                if len(self._asking) >= MAX_ASKING:
                     return False
                 self._asking.append(owner)
             return True

@@ -22,12 +22,12 @@ from rosproto.transport.deadline import Clock, Deadline
 
 _log = get_logger("rosproto.action")
 
-MOST_WAITING = 100  # callbacks
+MAX_WAITING = 100  # callbacks
 RESULT_TIMEOUT = 10.0  # seconds between the status that says a goal has ended, and its result
-MOST_GOALS = 1000
+MAX_GOALS = 1000
 STEADY = 2.0  # seconds that a server must be heard without a gap until its silence about a goal counts
 GAP = 1.0  # seconds without a status array that make a gap; five are sent each second
-MOST_SERVERS = 64  # node names that send status for one action; peers choose their names
+MAX_SERVERS = 64  # node names that send status for one action; peers choose their names
 _LOOK_AGAIN = 0.25  # seconds between looks at how long the server has been silent
 
 
@@ -55,13 +55,13 @@ class CallbackThread:
 
         Args:
             function: Called without arguments.
-            droppable: Drop the call when `MOST_WAITING` are queued.
+            droppable: Drop the call when `MAX_WAITING` are queued.
 
         Returns:
             False if it will not be called: dropped, or after `close`.
         """
         with self._ready:
-            if self._closed or (droppable and len(self._queue) >= MOST_WAITING):
+            if self._closed or (droppable and len(self._queue) >= MAX_WAITING):
                 return False
             self._queue.append(function)
             if self._thread is None:
@@ -177,11 +177,11 @@ class GoalTracker:
     # -- goals -------------------------------------------------------------------------------
 
     def follow(self, goal: SentGoal) -> None:
-        """Follow a goal; beyond `MOST_GOALS` the oldest becomes LOST."""
+        """Follow a goal; beyond `MAX_GOALS` the oldest becomes LOST."""
         with self._changed:
-            if len(self.followed) >= MOST_GOALS:
+            if len(self.followed) >= MAX_GOALS:
                 oldest = self.followed[next(iter(self.followed))]
-                self._report(oldest, oldest.machine.lose(f"more than {MOST_GOALS} goals are followed"))
+                self._report(oldest, oldest.machine.lose(f"more than {MAX_GOALS} goals are followed"))
             self.followed[goal.goal_id] = goal
 
     def forget(self, goal: SentGoal) -> None:
@@ -323,7 +323,7 @@ class GoalTracker:
         now = self._clock.monotonic()
         since, last = heard.get(server, (now, now))
         heard[server] = (now if now - last > GAP else since, now)
-        if len(heard) > MOST_SERVERS:
+        if len(heard) > MAX_SERVERS:
             needed = {server, *(goal.machine.server for goal in self.followed.values())}
             others = [(at, other) for other, (_, at) in heard.items() if other not in needed]
             del heard[min(others or [(0.0, next(iter(heard)))])[1]]

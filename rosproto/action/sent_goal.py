@@ -88,7 +88,7 @@ class SentGoal:
 
 AGAIN = 1.0  # seconds between two cancels of a goal that arrived too late
 KEEP = 120.0  # seconds; by then every system has given up retransmitting
-MOST_GIVEN_UP = 1000
+MAX_GIVEN_UP = 1000
 
 _RUNNING = (GoalStatus.PENDING, GoalStatus.ACTIVE)
 
@@ -101,7 +101,7 @@ class GivenUpGoals:
 
     def give_up(self, goal_id: str, now: float) -> None:
         """Have the goal cancelled if it appears in a status array."""
-        if len(self._given_up) >= MOST_GIVEN_UP:
+        if len(self._given_up) >= MAX_GIVEN_UP:
             del self._given_up[next(iter(self._given_up))]
         self._given_up[goal_id] = (now + KEEP, now)
 

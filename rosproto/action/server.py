@@ -107,7 +107,7 @@ _counter = itertools.count(1)
 
 REPLACED = "canceled: another goal was received"
 STATUS_SECONDS = 0.2
-MOST_GOALS = 100
+MAX_GOALS = 100
 _QUEUE = 1000  # messages: after a dropped goal or result, a client would wait
 _CLOSE_SECONDS = 2.0
 
@@ -159,7 +159,7 @@ class ActionServer:
         *,
         concurrent: bool = False,
         check: Callable[[Any], str | None] | None = None,
-        most_goals: int = MOST_GOALS,
+        most_goals: int = MAX_GOALS,
         clock: Clock = SYSTEM,
     ) -> None:
         self._node = node

@@ -22,7 +22,7 @@ from rosproto.errors import BagError, RosError
 # declared. The records in them are counted as well, because each costs far more than its bytes.
 
 
-MOST_CONNECTIONS = 1 << 16
+MAX_CONNECTIONS = 1 << 16
 """Connection records of one bag, or of one chunk; each becomes an object, however short it is."""
 
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 _AT_ONCE = 4 << 20
 _HEAD_BYTES = 512  # more than any record header that is not a connection's
-_MOST_HEADER_BYTES = 1 << 20
+_MAX_HEADER_BYTES = 1 << 20
 
 _U32 = Struct("<I")
 
@@ -67,7 +67,7 @@ def read_head(source: BagFile, pos: int, begin: bytes = b"") -> RecordHead:
     if len(head) < 4:
         raise source.error("the file ends inside a record", pos)
     (size,) = _U32.unpack_from(head)
-    if size > _MOST_HEADER_BYTES:
+    if size > _MAX_HEADER_BYTES:
         raise source.error(f"a record header of {size} bytes; the file is damaged here", pos)
     if len(head) < size + 8:
         head = source.read_at(pos, size + 8)

@@ -140,7 +140,7 @@ def _as_array(values: list[Any], dtype: str | None) -> NDArray[Any]:
 
 _TIMES = {"time": "<u4", "duration": "<i4"}
 _SIZES = {"?": 1, "i1": 1, "u1": 1} | {"<" + kind + size: int(size) for kind in "iuf" for size in "248"}
-MOST_ELEMENTS = 16  # the longest array of messages whose elements are looked at
+MAX_ELEMENTS = 16  # the longest array of messages whose elements are looked at
 
 
 class _FieldOffset(NamedTuple):
@@ -223,7 +223,7 @@ class FieldOffsets:
         return at
 
     def _walk_elements(self, values: Any, base: str, at: int) -> int:
-        if len(values) > MOST_ELEMENTS:
+        if len(values) > MAX_ELEMENTS:
             raise _NoFixedOffsets
         for value in values:
             if base == "string":

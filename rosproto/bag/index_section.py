@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from struct import Struct
 
-from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile
+from rosproto.bag.bag_file import MAX_CONNECTIONS, BagFile
 from rosproto.bag.chunk import read_head
 from rosproto.bag.records import (
     MAGIC,
@@ -171,8 +171,8 @@ def _index_record(section: bytes, at: int, found: BagIndex) -> int:
     if op == OP_CONNECTION:
         connection = connection_from_fields(fields, decode_text_fields(section, header_end + 4, end))
         found.connections[connection.id] = connection
-        if len(found.connections) > MOST_CONNECTIONS:
-            raise BagError(f"more than {MOST_CONNECTIONS} connections")
+        if len(found.connections) > MAX_CONNECTIONS:
+            raise BagError(f"more than {MAX_CONNECTIONS} connections")
     elif op == OP_CHUNK_INFO:
         found.chunks.append(ChunkInfo.from_record(fields, section[header_end + 4 : end]))
     else:

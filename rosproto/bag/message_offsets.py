@@ -16,7 +16,7 @@ from functools import lru_cache
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
 
-from rosproto.bag.bag_file import MOST_CONNECTIONS
+from rosproto.bag.bag_file import MAX_CONNECTIONS
 from rosproto.bag.records import (
     NS,
     OP_CONNECTION,
@@ -156,9 +156,9 @@ def walk(
                     places.append((*message_header(fields), data, after))
                 elif op == OP_CONNECTION:
                     connections.append(connection_from_fields(fields, decode_text_fields(blob, data, after)))
-                    if len(connections) > MOST_CONNECTIONS:
+                    if len(connections) > MAX_CONNECTIONS:
                         raise BagError(
-                            f"more than {MOST_CONNECTIONS} connection records in a chunk", offset=at - base
+                            f"more than {MAX_CONNECTIONS} connection records in a chunk", offset=at - base
                         )
             at = after
     except BagError:

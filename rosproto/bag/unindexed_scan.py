@@ -13,7 +13,7 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile
+from rosproto.bag.bag_file import MAX_CONNECTIONS, BagFile
 from rosproto.bag.chunk import ChunkData, RecordHead, read_chunk, read_head
 from rosproto.bag.compression import COMPRESSIONS
 from rosproto.bag.message_offsets import MessageTable
@@ -207,11 +207,11 @@ class _Scan:
     def _learn(self, connections: list[Connection]) -> None:
         known = self._found.connections
         for connection in connections:
-            if len(known) < MOST_CONNECTIONS:
+            if len(known) < MAX_CONNECTIONS:
                 known.setdefault(connection.id, connection)
             elif connection.id not in known:
                 note = (
-                    f"more than {MOST_CONNECTIONS} connections; the others, and their messages, are left out"
+                    f"more than {MAX_CONNECTIONS} connections; the others, and their messages, are left out"
                 )
                 if note not in self._found.damage:
                     self._found.damage.append(note)

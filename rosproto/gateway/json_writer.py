@@ -21,7 +21,7 @@ from typing import Any
 from rosproto.codec.generated_source import Source
 from rosproto.codec.layout import FieldLayout, Layout
 
-MOST_PIECES = 200
+MAX_PIECES = 200
 """The most fields in one expression; definitions from the network may have tens of thousands."""
 PIECE = 20_000
 """Elements of an array written at once; this blocks other threads for some milliseconds."""
@@ -29,7 +29,7 @@ PIECE_OF_SMALL = 1 << 17
 """`PIECE` for int8[], whose text comes from a table."""
 PIECE_OF_OCTETS = 3 << 17
 """`PIECE` for bytes; a multiple of three, because base64 writes three bytes as four characters."""
-LEAST_OF_THREE = -99
+MIN_OF_THREE = -99
 """The least number with three characters."""
 FEW = 100
 _MARK = "\0"
@@ -86,9 +86,9 @@ class Writer(ABC):
         src = Source("def write(m):")
         src.globals.update(self._leaves)
         names = []
-        for start in range(0, max(1, len(layout.fields)), MOST_PIECES):
+        for start in range(0, max(1, len(layout.fields)), MAX_PIECES):
             pieces = []
-            for field in layout.fields[start : start + MOST_PIECES]:
+            for field in layout.fields[start : start + MAX_PIECES]:
                 value = src.fresh("x")
                 src.line(f"{value} = m.{field.attr}")
                 pieces.append((field.name, self._field(src, field, value)))
@@ -239,7 +239,7 @@ def _integers(values: Any) -> str:
 
 def _small_integers(values: Any) -> str:
     """The text of int8[], three characters for each padded with blanks: a map has millions of them."""
-    if getattr(values, "dtype", None) != "i1" or len(values) < FEW or values.min() < LEAST_OF_THREE:
+    if getattr(values, "dtype", None) != "i1" or len(values) < FEW or values.min() < MIN_OF_THREE:
         return _integers(values)
     return _in_pieces(_from_table, values.view("u1"), PIECE_OF_SMALL)
 
@@ -253,7 +253,7 @@ def _table() -> Any:
     """For each octet the four characters of its int8 value (three digits and a comma), as one integer."""
     import numpy as np
 
-    numbers = [value if value < 128 else max(value - 256, LEAST_OF_THREE) for value in range(256)]
+    numbers = [value if value < 128 else max(value - 256, MIN_OF_THREE) for value in range(256)]
     return np.frombuffer("".join(f"{number:>3}," for number in numbers).encode(), "u4")
 
 

@@ -22,9 +22,9 @@ from rosproto.time import Time
 
 _log = get_logger("rosproto.gateway")
 
-MOST_LATCHED = 100  # publishers of one topic whose last message is kept
-MOST_DESCRIPTIONS = 100  # of the publishers of one topic
-MOST_WAITING = 100  # messages of one topic that wait while its receivers are slow
+MAX_LATCHED = 100  # publishers of one topic whose last message is kept
+MAX_DESCRIPTIONS = 100  # of the publishers of one topic
+MAX_WAITING = 100  # messages of one topic that wait while its receivers are slow
 
 
 class Receiver(Protocol):
@@ -191,7 +191,7 @@ class _SharedTopic:
         with self._opening:
             if self.subscriber is None and not self._ended:
                 self.subscriber = self._node.subscriber(
-                    self.topic, AnyMsg, self._received, queue_size=MOST_WAITING, raw=True
+                    self.topic, AnyMsg, self._received, queue_size=MAX_WAITING, raw=True
                 )
 
     def remove(self, subscription: SharedSubscription) -> None:
@@ -252,7 +252,7 @@ class _SharedTopic:
 
     def _remember(self, publisher: str, event: MessageEvent) -> None:
         self._latched.pop(publisher, None)
-        while len(self._latched) >= MOST_LATCHED:
+        while len(self._latched) >= MAX_LATCHED:
             self._latched.pop(next(iter(self._latched)))
         self._latched[publisher] = event
 
@@ -281,7 +281,7 @@ class _SharedTopic:
         key = kind, md5sum, text, latched, publisher
         known = self._descriptions.get(key)
         if known is None:
-            if len(self._descriptions) >= MOST_DESCRIPTIONS:
+            if len(self._descriptions) >= MAX_DESCRIPTIONS:
                 self._descriptions.clear()
             text = text or bundled_text(kind, md5sum)
             known = self._descriptions[key] = TopicDescription(

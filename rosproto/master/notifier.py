@@ -33,7 +33,7 @@ _log = get_logger("rosproto.master")
 # lists within a minute of waking. After that the node's queue is dropped.
 PAUSES = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0, *(60.0,) * 14)
 IDLE_SECONDS = 1.0
-MOST_SLOW_NODES = 1024  # remembered, so that their next call goes to the patient group at once
+MAX_SLOW_NODES = 1024  # remembered, so that their next call goes to the patient group at once
 
 
 class DeliveryOutcome(Enum):
@@ -275,5 +275,5 @@ class Notifier:
     def _suspect(self, uri: str) -> None:
         self._suspects.pop(uri, None)
         self._suspects[uri] = None
-        if len(self._suspects) > MOST_SLOW_NODES:
+        if len(self._suspects) > MAX_SLOW_NODES:
             del self._suspects[next(iter(self._suspects))]

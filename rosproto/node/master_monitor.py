@@ -42,7 +42,7 @@ CALL_TIMEOUT = 5.0
 # longer ours, or wait for a retransmission.
 PATIENCE = 2.0
 FULL_CHECK_EVERY = 5  # looks
-MOST_TO_VERIFY = 1000  # topics; more are not ours
+MAX_TO_VERIFY = 1000  # topics; more are not ours
 
 
 class MasterMonitor:
@@ -88,7 +88,7 @@ class MasterMonitor:
     def verify(self, subscription: Subscription) -> None:
         """Ask the master soon for the publishers of a topic; several requests become one."""
         with self._wake:
-            if len(self._to_verify) < MOST_TO_VERIFY:
+            if len(self._to_verify) < MAX_TO_VERIFY:
                 self._to_verify[subscription.name] = subscription
                 self._hurry = True
                 self._wake.notify_all()

@@ -94,7 +94,7 @@ def queue_length(size: int) -> int:
     return size
 
 
-MOST_WARNINGS = 100  # the bound for programs that generate names
+MAX_WARNINGS = 100  # the bound for programs that generate names
 
 
 class NodeNaming:
@@ -120,7 +120,7 @@ class NodeNaming:
             ValueError: No master accepts it.
         """
         resolved = names.resolve(name, self._node_name, self._remappings)
-        new = resolved not in self._warned and len(self._warned) < MOST_WARNINGS
+        new = resolved not in self._warned and len(self._warned) < MAX_WARNINGS
         if new and not names.is_legal_name(resolved):
             self._warned.add(resolved)
             _log.warning("! %s is not a legal ROS name; roscpp and some tools refuse it", resolved)

@@ -18,7 +18,7 @@ from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 # Deeper keys are ignored, to bound the recursive comparison.
-MOST_PARTS = 128
+MAX_PARTS = 128
 
 
 ABSENT: Any = object()
@@ -150,7 +150,7 @@ class ParameterCache:
             One change for each subscription whose value has changed.
         """
         parts = _parts(key)
-        if len(parts) > MOST_PARTS:
+        if len(parts) > MAX_PARTS:
             return []
         key, value = "/" + "/".join(parts), _or_absent(value)
         changes = []

@@ -11,7 +11,7 @@ from struct import Struct
 from rosproto.errors import LocalProtocolError, RemoteProtocolError
 
 _LENGTH = Struct("<I")
-MOST_FIELDS = 1000  # real ones have a dozen; a field takes far more memory than its bytes
+MAX_FIELDS = 1000  # real ones have a dozen; a field takes far more memory than its bytes
 
 
 def encode_header(fields: Mapping[str, str]) -> bytes:
@@ -52,15 +52,15 @@ def decode_header(body: bytes | bytearray | memoryview) -> dict[str, str]:
     restores them.
 
     Raises:
-        RemoteProtocolError: The body is not a sequence of such fields, or of more than `MOST_FIELDS`.
+        RemoteProtocolError: The body is not a sequence of such fields, or of more than `MAX_FIELDS`.
     """
     fields: dict[str, str] = {}
     data = bytes(body)
     position, end, count = 0, len(data), 0
     while position < end:
         count += 1
-        if count > MOST_FIELDS:
-            raise RemoteProtocolError(f"connection header: more than {MOST_FIELDS} fields")
+        if count > MAX_FIELDS:
+            raise RemoteProtocolError(f"connection header: more than {MAX_FIELDS} fields")
         start = position + 4
         if start > end:
             raise RemoteProtocolError(f"connection header: {end - position} stray bytes at byte {position}")

@@ -17,7 +17,7 @@ _LENGTH = Struct("<I")
 _length = _LENGTH.unpack_from
 
 ROOM = 512  # bytes of the first buffer
-MOST_ROOM = 256 << 10  # the largest buffer, used when reads fill it
+MAX_ROOM = 256 << 10  # the largest buffer, used when reads fill it
 LARGE = 128 << 10  # longer frames get separate memory
 BATCH = 64  # messages decoded at a time, so that their memory is reused and the collector does not run
 STEP = 16 << 20  # memory grows with the bytes received, not with the announced length (docs/wire.md, 10)
@@ -109,7 +109,7 @@ class FrameDecoder:
     def _make_room(self) -> None:
         """Make room for more bytes, and give a fast stream a larger buffer."""
         rest, room = self._end - self._start, len(self.buffer)
-        filled = self._end == room < MOST_ROOM  # the last read filled it: more bytes are waiting
+        filled = self._end == room < MAX_ROOM  # the last read filled it: more bytes are waiting
         if not rest:
             self._start = self._end = 0
             if filled:
@@ -140,7 +140,7 @@ class FrameDecoder:
 
     def _grow(self, size: int, rest: int) -> None:
         """Replace the buffer by a larger one, because a frame does not fit or a read filled it."""
-        buffer = bytearray(max(min(max(4 * len(self.buffer), 2 * size), MOST_ROOM), rest + ROOM))
+        buffer = bytearray(max(min(max(4 * len(self.buffer), 2 * size), MAX_ROOM), rest + ROOM))
         buffer[:rest] = self._view[self._start : self._end]
         self.buffer, self._view = buffer, memoryview(buffer)
         self._start, self._end = 0, rest

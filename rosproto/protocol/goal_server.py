@@ -33,8 +33,8 @@ from rosproto.errors import LocalProtocolError
 from rosproto.protocol.goal_status import GoalStatus, read_table
 
 KEEP_SECONDS = 5.0  # for a terminal entry, or an early cancel
-MOST_EARLY_CANCELS = 1000
-MOST_ENDED = 1000  # ended goals still reported; with more, the oldest are dropped earlier
+MAX_EARLY_CANCELS = 1000
+MAX_ENDED = 1000  # ended goals still reported; with more, the oldest are dropped earlier
 CANCELED_BY_TIME = "canceled: the goal is not newer than the latest cancel request"
 
 _TABLE = """
@@ -179,7 +179,7 @@ class GoalList:
     def expire(self, now: float) -> None:
         """Remove expired entries, and the oldest ones beyond the limit."""
         ended = [record for record in self if record.expires is not None and not record.early_cancel]
-        over = ended[: max(0, len(ended) - MOST_ENDED)]
+        over = ended[: max(0, len(ended) - MAX_ENDED)]
         for record in [*over, *(r for r in self if r.expires is not None and r.expires <= now)]:
             self._records.pop(record.goal_id, None)
 
@@ -195,7 +195,7 @@ class GoalList:
     def _remember_early_cancel(self, goal_id: str, stamp: int, now: float) -> None:
         early = [r for r in self._records.values() if r.early_cancel]
         # A flood of cancels must not grow the status array without bound.
-        if len(early) >= MOST_EARLY_CANCELS:
+        if len(early) >= MAX_EARLY_CANCELS:
             del self._records[early[0].goal_id]
         self._records[goal_id] = GoalRecord(
             goal_id, stamp, GoalStatus.RECALLING, early_cancel=True, expires=now + KEEP_SECONDS

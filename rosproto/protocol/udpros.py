@@ -26,8 +26,8 @@ UDPROS = "UDPROS"
 DATAGRAM_BYTES = 1472
 """The payload of an Ethernet frame without IP and UDP headers (roscpp asks for 1500, which IP fragments)."""
 
-MOST_DATAGRAM_BYTES = 65507
-MOST_BLOCKS = 0xFFFF
+MAX_DATAGRAM_BYTES = 65507
+MAX_BLOCKS = 0xFFFF
 LAST_NUMBER = 255
 NUMBERS = 256
 IN_PROGRESS = 4  # messages whose blocks may overtake each other
@@ -116,9 +116,9 @@ def _pack_header(fields: Mapping[str, str]) -> bytes:
 
 
 def _checked_size(size: int) -> int:
-    if not HEADER_BYTES < size <= MOST_DATAGRAM_BYTES:
+    if not HEADER_BYTES < size <= MAX_DATAGRAM_BYTES:
         raise RemoteProtocolError(
-            f"UDPROS: datagrams of {size} bytes; expected {HEADER_BYTES + 1} to {MOST_DATAGRAM_BYTES}"
+            f"UDPROS: datagrams of {size} bytes; expected {HEADER_BYTES + 1} to {MAX_DATAGRAM_BYTES}"
         )
     return size
 
@@ -142,9 +142,9 @@ def datagrams(
     """
     room = datagram_bytes - HEADER_BYTES
     blocks = -(-len(frame) // room)
-    if blocks > MOST_BLOCKS:
+    if blocks > MAX_BLOCKS:
         raise LocalProtocolError(
-            f"a message of {len(frame)} bytes does not fit into {MOST_BLOCKS} datagrams of {datagram_bytes}"
+            f"a message of {len(frame)} bytes does not fit into {MAX_BLOCKS} datagrams of {datagram_bytes}"
             " bytes; use TCPROS for it"
         )
     yield _header.pack(connection, DATA0, message, blocks) + frame[:room]

@@ -111,8 +111,8 @@ class MessageBuffer:
 _log = get_logger("rosproto.recording")
 
 NS = 1_000_000_000
-MOST_CONNECTIONS = 1000  # different publishers' headers on one topic
-MOST_CONNECTION_CHARACTERS = 64 << 20  # of these headers, definitions included
+MAX_CONNECTIONS = 1000  # different publishers' headers on one topic
+MAX_CONNECTION_CHARACTERS = 64 << 20  # of these headers, definitions included
 
 
 class TopicReceiver:
@@ -171,8 +171,8 @@ class TopicReceiver:
 
     def _is_full(self, key: tuple[tuple[str, str], ...]) -> bool:
         return (
-            len(self._known) >= MOST_CONNECTIONS
-            or self._known_characters + _characters(key) > MOST_CONNECTION_CHARACTERS
+            len(self._known) >= MAX_CONNECTIONS
+            or self._known_characters + _characters(key) > MAX_CONNECTION_CHARACTERS
         )
 
     def _alike(self, header: dict[str, str]) -> Connection | None:

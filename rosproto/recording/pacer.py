@@ -16,8 +16,8 @@ from rosproto.codec import message_class
 from rosproto.node import Node
 from rosproto.time import Time
 
-LEAST_SPIN = 0.0001
-MOST_SPIN = 0.003  # seconds; spinning cannot make up for wake-ups later than this
+MIN_SPIN = 0.0001
+MAX_SPIN = 0.003  # seconds; spinning cannot make up for wake-ups later than this
 
 
 class Pacer:
@@ -51,7 +51,7 @@ class Pacer:
         self._sleep(seconds)
         late = self.now() - before - seconds
         # Increase fast, decrease slowly: a late wake-up misses the moment, while spinning costs little.
-        wanted = min(max(1.5 * late, LEAST_SPIN), MOST_SPIN)
+        wanted = min(max(1.5 * late, MIN_SPIN), MAX_SPIN)
         self.spin = wanted if wanted > self.spin else self.spin + 0.02 * (wanted - self.spin)
 
 

@@ -15,8 +15,8 @@ from rosproto.quaternion import normalized
 from rosproto.tf.transform import Transform, nanoseconds
 from rosproto.tf.tree import (
     LONGEST_NAME,
-    MOST_FRAMES,
-    MOST_SAMPLES,
+    MAX_FRAMES,
+    MAX_SAMPLES,
     FrameLoop,
     FrameTree,
     History,
@@ -56,7 +56,7 @@ class TransformBuffer:
     """
 
     def __init__(
-        self, cache_time: float = 10.0, *, max_frames: int = MOST_FRAMES, max_samples: int = MOST_SAMPLES
+        self, cache_time: float = 10.0, *, max_frames: int = MAX_FRAMES, max_samples: int = MAX_SAMPLES
     ) -> None:
         self.cache_time = cache_time
         self._cache_ns = round(cache_time * 1e9)

@@ -15,7 +15,7 @@ from rosproto.tf.buffer import TransformBuffer, checked
 from rosproto.tf.transform import Transform
 
 logger = get_logger("rosproto.tf")
-MOST_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may invent names
+MAX_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may invent names
 
 
 class TransformListener:
@@ -81,7 +81,7 @@ class TransformListener:
         with self._lock:
             self.refused += 1
             child = child[:100]
-            if child in self._named or len(self._named) >= MOST_NAMED:
+            if child in self._named or len(self._named) >= MAX_NAMED:
                 return
             self._named.add(child)
         logger.warning("transform of %s from %s is not taken: %s", child, authority, error)

@@ -14,10 +14,10 @@ from typing import NamedTuple
 from rosproto import quaternion
 from rosproto.quaternion import Quaternion, Vector, conjugate, multiply, rotate
 
-MOST_FRAMES = 10_000
-MOST_SAMPLES = 50_000  # of one frame
+MAX_FRAMES = 10_000
+MAX_SAMPLES = 50_000  # of one frame
 LONGEST_NAME = 1000  # characters
-MOST_DEPTH = 1000  # as in tf2: a longer path to the root is a loop
+MAX_DEPTH = 1000  # as in tf2: a longer path to the root is a loop
 
 Pose = tuple[Vector, Quaternion]
 IDENTITY: Pose = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
@@ -71,7 +71,7 @@ class FrameTree:
         names: All frames, parents included, in order of first mention.
     """
 
-    def __init__(self, most_frames: int = MOST_FRAMES) -> None:
+    def __init__(self, most_frames: int = MAX_FRAMES) -> None:
         self.edges: dict[str, History] = {}
         self.names: dict[str, None] = {}
         self._most_frames = most_frames
@@ -154,12 +154,12 @@ class FrameTree:
             above.append(step)
             if step[1] == target:
                 return _earliest(above)
-            if len(above) > MOST_DEPTH:
+            if len(above) > MAX_DEPTH:
                 raise FrameLoop
         parents = [parent for _, parent in above]
         below: list[tuple[int, str]] = []
         frame = target
-        while len(below) < MOST_DEPTH:
+        while len(below) < MAX_DEPTH:
             step = self._newest_parent(frame)
             if step is None:
                 raise SeparateTrees(parents[-1] if parents else source, frame)
@@ -188,7 +188,7 @@ def _earliest(steps: list[tuple[int, str]]) -> int:
 
 def _append(frames: list[str], frame: str) -> None:
     frames.append(frame)
-    if len(frames) > MOST_DEPTH:
+    if len(frames) > MAX_DEPTH:
         raise FrameLoop
 
 

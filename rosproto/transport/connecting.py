@@ -25,7 +25,7 @@ from rosproto.transport.uri import format_address
 
 FIRST_ATTEMPT_SECONDS = 1.0  # before a second attempt: most slow networks answer faster
 NEXT_ATTEMPT_SECONDS = 0.5  # between further attempts
-MOST_PENDING = 8  # beyond it the oldest is closed; by then it has had four seconds
+MAX_PENDING = 8  # beyond it the oldest is closed; by then it has had four seconds
 
 _IN_PROGRESS = {errno.EINPROGRESS, errno.EWOULDBLOCK, errno.EALREADY, 10035, 10036, 10037}  # 100xx: Windows
 
@@ -142,7 +142,7 @@ class _ConnectionAttempts:
         if self._selector is None:
             self._selector = open_selector(say("connect to port {port}", port=self._port))
         self._selector.register(sock, selectors.EVENT_WRITE)
-        if len(self._pending) > MOST_PENDING:
+        if len(self._pending) > MAX_PENDING:
             self._drop(next(iter(self._pending)))
 
     def _wait(self, seconds: float) -> socket.socket | None:

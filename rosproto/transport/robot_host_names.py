@@ -25,7 +25,7 @@ VARIABLE = "ROSPROTO_RESOLVE"
 """Read by the commands, by programs for rospy, and by `Node(use_environment=True)`: "NAME=IP,NAME=IP"."""
 LOOKUP_SECONDS = 1.5
 """Seconds for a name server: where there is none (a cable to a robot), a lookup hangs for half a minute."""
-MOST_NAMES = 64  # names remembered and warned of, since peers choose them
+MAX_NAMES = 64  # names remembered and warned of, since peers choose them
 RETRY_SECONDS = 30.0  # after this an unknown name is looked up again
 
 _PLAIN = re.compile(r"[a-z0-9._-]{1,253}", re.ASCII)
@@ -118,11 +118,11 @@ class HostNames:
         with self._lock:
             first = key not in self._unknown
             if first or time.monotonic() - self._unknown[key] >= RETRY_SECONDS:
-                if first and len(self._unknown) >= MOST_NAMES:
+                if first and len(self._unknown) >= MAX_NAMES:
                     del self._unknown[min(self._unknown, key=self._unknown.__getitem__)]
                 self._unknown[key] = time.monotonic()
             self._warned += first
-            told = self._warned <= MOST_NAMES
+            told = self._warned <= MAX_NAMES
         if first and told and not self._quiet:
             _log.warning(
                 "! host name %r cannot be resolved here: trying the master's address %s for it; if it is "

@@ -32,7 +32,7 @@ log = get_logger("rosproto.transport")
 
 _PATHS = ("/", "/RPC2")
 _RECV_BYTES = 1 << 16
-_LEAST_BYTES_PER_SECOND = 16 << 10  # of a request that takes longer than handshake_seconds
+_MIN_BYTES_PER_SECOND = 16 << 10  # of a request that takes longer than handshake_seconds
 _LARGE_BYTES = 256 << 10  # of a request; larger ones are answered one at a time
 _LINGER_SECONDS = 1.0
 _LINGER_BYTES = 1 << 20
@@ -276,7 +276,7 @@ class _HttpConnection:
                 self._tcp.idle(self._sock)
                 budget, begun = self._limits.idle_seconds, self._clock.monotonic()
             else:
-                budget = self._limits.handshake_seconds + received / _LEAST_BYTES_PER_SECOND
+                budget = self._limits.handshake_seconds + received / _MIN_BYTES_PER_SECOND
             data = self._receive(begun + budget - self._clock.monotonic())
             if data is None:
                 return None

@@ -32,7 +32,7 @@ from tests.support.ros import free_port
 ROOT = Path(__file__).resolve().parents[2]
 NODES, TOPICS = 4, 40
 STRING = "std_msgs/String"
-MOST_THREADS, MOST_FILES, MOST_MEMORY = 8, 12, 8 << 20  # growth from the first third to the end
+MAX_THREADS, MAX_FILES, MAX_MEMORY = 8, 12, 8 << 20  # growth from the first third to the end
 
 
 def run(arguments: list[str]) -> int:
@@ -253,7 +253,7 @@ class Soak:
             f" slowest publish {self.slowest_publish * 1e3:.0f} ms, slowest call {self.slowest_call:.1f} s"
         )
         for what, a, b, most in zip(
-            ("threads", "files", "bytes"), first, last, (MOST_THREADS, MOST_FILES, MOST_MEMORY), strict=True
+            ("threads", "files", "bytes"), first, last, (MAX_THREADS, MAX_FILES, MAX_MEMORY), strict=True
         ):
             good = b - a <= most
             print(f"  {'ok ' if good else 'NO '} {what}: {a} -> {b} (may grow by {most})")

@@ -249,7 +249,7 @@ def test_a_robot_that_is_not_there_is_told(web: Served) -> None:
 
 @pytest.mark.promise("200 goals and 20 bags are kept")
 def test_more_pages_than_are_shown_are_told(web: Served, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session, "MOST_VIEWERS", 1)
+    monkeypatch.setattr(session, "MAX_VIEWERS", 1)
     with PageClient(web.port) as first:
         first.of("hello")
         with PageClient(web.port) as second:

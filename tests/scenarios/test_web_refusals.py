@@ -18,7 +18,7 @@ from tests.support.web import Served, serving
 from woosh_pure import Chassis
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark
-from woosh_pure.web.middleware import MOST_BODY
+from woosh_pure.web.middleware import MAX_BODY
 
 
 @pytest.fixture
@@ -82,7 +82,7 @@ def test_hostile_bodies_get_a_sentence_and_move_nothing(web: Served, chassis: Ch
 
 @pytest.mark.promise("a message that is not valid ends that connection with an error text")
 def test_a_body_that_is_too_large_is_not_read(web: Served) -> None:
-    answer = web.post("goals", b"x" * (MOST_BODY + 1), headers={"content-type": "application/json"})
+    answer = web.post("goals", b"x" * (MAX_BODY + 1), headers={"content-type": "application/json"})
     assert answer.status == 413
     assert "larger than" in answer.problem
     announced = web.ask("POST", "goals", b"{}", headers={"content-length": "99999999999999999999"})

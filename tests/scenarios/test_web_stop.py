@@ -22,7 +22,7 @@ from tests.support.gateway_flood import Crowd, PageProcess
 from tests.support.load import crowd
 from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis, SimulatedChassis
-from woosh_pure.web.middleware import MOST_BODY
+from woosh_pure.web.middleware import MAX_BODY
 
 AT_ONCE = 1.0
 """Seconds within which a stop has begun, on a computer that others use, too."""
@@ -63,7 +63,7 @@ ODD: dict[str, tuple[str, str, dict[str, str], bytes | None, int]] = {
     "a number without end": ("POST", "stop", JSON, b'{"everything": ' + b"1" * 9000 + b"}", 422),
     "no text": ("POST", "stop", JSON, b"\xff\xfe\x00", 422),
     "deeply nested": ("POST", "stop", JSON, b"[" * 20000, 422),
-    "a body that is too large": ("POST", "stop", JSON, b"x" * (MOST_BODY + 1), 413),
+    "a body that is too large": ("POST", "stop", JSON, b"x" * (MAX_BODY + 1), 413),
     "a slash at the end": ("POST", "stop/", {}, None, 200),
     "slashes in between": ("POST", "//api//v1///stop", {}, None, 200),
     "a question behind it": ("POST", "stop?now=1&robot=%00", {}, None, 200),

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from rosproto.logs import MOST_CHARACTERS, MOST_IN_ALL, MOST_PER_MESSAGE, WINDOW, PeerLog, cut, get_logger
+from rosproto.logs import MAX_CHARACTERS, MAX_IN_ALL, MAX_PER_MESSAGE, WINDOW, PeerLog, cut, get_logger
 
 
 def run(code: str) -> tuple[str, str]:
@@ -59,7 +59,7 @@ def test_a_flood_is_counted_instead_of_told(caplog: pytest.LogCaptureFixture) ->
     said = PeerLog("rosproto.test.peers", lambda: now[0])
     for number in range(1000):
         said.warning("/a", "! %s: number %d", "/a", number)
-    assert len(caplog.records) == MOST_PER_MESSAGE
+    assert len(caplog.records) == MAX_PER_MESSAGE
     said.warning("/b", "! %s: number %d", "/b", 0)  # what happens to another topic is told all the same
     assert caplog.messages[-1] == "! /b: number 0"
     assert caplog.records[-1].filename == "test_logs.py"
@@ -76,7 +76,7 @@ def test_a_flood_about_invented_things_is_bounded(caplog: pytest.LogCaptureFixtu
     for number in range(2000):
         said.info(f"/topic{number}", "! it is %s", number)
         said.warning(f"/topic{number}", "! it is %s", number)
-    assert len(caplog.records) <= MOST_IN_ALL
+    assert len(caplog.records) <= MAX_IN_ALL
     caplog.clear()
     for number in reversed(range(2000)):  # what is remembered of each is told with its next record
         now[0] += WINDOW
@@ -90,7 +90,7 @@ def test_long_texts_are_cut(caplog: pytest.LogCaptureFixture) -> None:
     said = PeerLog("rosproto.test.peers")
     said.error("/a", "! %s: %s", "/a", ValueError("x" * 1_000_000), exc_info=ValueError("cause"))
     (record,) = caplog.records
-    assert len(record.getMessage()) < MOST_CHARACTERS + 100
+    assert len(record.getMessage()) < MAX_CHARACTERS + 100
     assert record.getMessage().endswith("x... (996000 characters more)")
     assert record.exc_info
     assert cut("short") == "short"

@@ -51,16 +51,16 @@ if TYPE_CHECKING:
     from paho.mqtt.subscribeoptions import SubscribeOptions
 
 _log = get_logger("woosh_pure.fleet.broker_connection")
-MOST_WAITING = 200
+MAX_WAITING = 200
 """Messages of one vehicle that may wait for a broker that does not read."""
-MOST_WAITING_BYTES = 1_000_000
+MAX_WAITING_BYTES = 1_000_000
 _KEEP_ALIVE = 15  # s, by 6.14
 _CONNECT_SECONDS = 2.0
 _UNREACHABLE_WAITS = (1, 2)  # first and longest wait for an unreachable broker, s
 _REJECTED_WAITS = (1.0, 2.0, 30.0, 0.5)  # arguments of `Backoff`, for a broker that ends the connection
 _STABLE_SECONDS = 2.0  # of a connection, after which the waits start again with the shortest
-_MOST_PACKET = MOST_BYTES + 65_600  # a message and its topic
-_MOST_FILES = 1024  # of select() on POSIX
+_MAX_PACKET = MOST_BYTES + 65_600  # a message and its topic
+_MAX_FILES = 1024  # of select() on POSIX
 _END_SECONDS = 1.0  # for the end of paho's thread
 
 
@@ -154,9 +154,7 @@ class BrokerConnection:
         waiting = self._waiting
         while waiting and _is_done(waiting[0][0]):
             self._waiting_bytes -= waiting.popleft()[1]
-        return not waiting or (
-            len(waiting) < MOST_WAITING and self._waiting_bytes + size <= MOST_WAITING_BYTES
-        )
+        return not waiting or (len(waiting) < MAX_WAITING and self._waiting_bytes + size <= MAX_WAITING_BYTES)
 
     @property
     def waiting(self) -> int:
@@ -214,7 +212,7 @@ class BrokerConnection:
         client.on_message = self._guarded(self._on_message)
         client.on_publish = self._guarded(self._on_publish)
         if protocol == module.MQTTv5:
-            properties = _connect_properties(_MOST_PACKET)
+            properties = _connect_properties(_MAX_PACKET)
             client.connect_async(
                 broker.host, broker.port, _KEEP_ALIVE, clean_start=True, properties=properties
             )
@@ -259,9 +257,9 @@ class BrokerConnection:
     def _on_socket_open(self, client: mqtt.Client, data: object, sock: socket.socket) -> None:
         # Else a state right after another one waits 40 ms for the broker's acknowledgement.
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        if os.name == "posix" and sock.fileno() >= _MOST_FILES:
+        if os.name == "posix" and sock.fileno() >= _MAX_FILES:
             self._warn(
-                f"this process has more than {_MOST_FILES} files open, and paho-mqtt takes no further "
+                f"this process has more than {_MAX_FILES} files open, and paho-mqtt takes no further "
                 "connection then: give each process fewer vehicles (25 whole chassis)"
             )
 
@@ -327,7 +325,7 @@ class BrokerConnection:
             return
         with self._lock:
             self._has_room(0)
-            again = len(self._waiting) <= MOST_WAITING // 2
+            again = len(self._waiting) <= MAX_WAITING // 2
             self._behind = not again
         if again:
             self._last_warning = ""

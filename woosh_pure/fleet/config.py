@@ -17,7 +17,7 @@ from rosproto.sentence import say
 from woosh_pure.geometry import Footprint
 
 VERSIONS = ("2.0.0", "2.1.0")
-MOST_VEHICLES = 25
+MAX_VEHICLES = 25
 """Vehicles of one process; `broker_connection.py` says why."""
 _ALLOWED = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.:-")
 _SECRETS = ("WOOSH_MQTT_USER", "WOOSH_MQTT_PASSWORD")
@@ -314,14 +314,14 @@ def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
     _require_known(given, ("url", "ca_file", "cert_file", "key_file"), "[broker]")
     if "url" not in given:
         raise ValueError("[broker] has no url")
-    if len(vehicles) > MOST_VEHICLES:
+    if len(vehicles) > MAX_VEHICLES:
         raise ValueError(
             say(
                 "{count} vehicles are too many for one process, which takes {most_vehicles}: each "
                 "needs some 30 open files, and MQTT takes no more than 1024; write several files, and"
                 " start `woosh vda5050` once for each",
                 count=len(vehicles),
-                most_vehicles=MOST_VEHICLES,
+                most_vehicles=MAX_VEHICLES,
             )
         )
     known = [each.name for each in fields(VehicleConfig)]

@@ -37,7 +37,7 @@ class MessageKind(Enum):
 
 CAPACITY = {MessageKind.STOP: 64, MessageKind.INSTANT: 32, MessageKind.ORDER: 8, MessageKind.MALFORMED: 8}
 """Messages of each kind that may wait."""
-MOST_MESSAGES = sum(CAPACITY.values())
+MAX_MESSAGES = sum(CAPACITY.values())
 """Messages of all kinds that may wait."""
 
 

@@ -156,8 +156,8 @@ class Store:
 
 # -- the reports of logReport --------------------------------------------------------------------------------
 
-MOST_LINES = 500
-MOST_REPORTS = 50
+MAX_LINES = 500
+MAX_REPORTS = 50
 """Number of reports that are kept; the oldest is deleted, so that the disk does not fill."""
 
 
@@ -171,7 +171,7 @@ class Journal:
 
     def __init__(self, folder: Path, name: str) -> None:
         self.folder, self.name = folder, name
-        self._lines: deque[str] = deque(maxlen=MOST_LINES)
+        self._lines: deque[str] = deque(maxlen=MAX_LINES)
         self._lock = threading.Lock()
 
     def note(self, text: str) -> None:
@@ -195,6 +195,6 @@ class Journal:
         text = json.dumps({"reason": reason, **facts, "lately": lines}, indent=1, ensure_ascii=False)
         beside.write_text(text, "utf-8")
         replace_file(beside, path)
-        for old in sorted(self.folder.glob(f"{self.name}-*.json"))[:-MOST_REPORTS]:
+        for old in sorted(self.folder.glob(f"{self.name}-*.json"))[:-MAX_REPORTS]:
             old.unlink(missing_ok=True)
         return path.name

@@ -21,7 +21,7 @@ from woosh_pure.values.state import Battery, RobotStatus
 
 __all__ = ["Overlay", "OverlayState"]
 
-MOST_FAULTS, MOST_MARKS = 8, 500
+MAX_FAULTS, MAX_MARKS = 8, 500
 TEXT_HEIGHT = 0.3  # m: 13 pixels at the distance of the layout's camera
 GREEN, AMBER, RED, BLUE, GREY = (
     (0.2, 0.8, 0.3),
@@ -107,7 +107,7 @@ class Overlay:
     def _faults(self, state: OverlayState) -> list[Marker]:
         where = state.pose or Pose2D(0.0, 0.0, 0.0)
         made = []
-        for number, fault in enumerate(state.faults[:MOST_FAULTS]):
+        for number, fault in enumerate(state.faults[:MAX_FAULTS]):
             words = fault.chinese if self._language == "zh" else fault.english
             code = f"{fault.code:012d}"
             line = words if code in words else f"{words} ({code})"  # the text of an unknown code is the code
@@ -119,7 +119,7 @@ class Overlay:
     def _marks(self, marks: Sequence[UserMark]) -> list[Marker]:
         made = []
         placed = [mark for mark in marks if mark.pose is not None]
-        for number, mark in enumerate(placed[:MOST_MARKS]):
+        for number, mark in enumerate(placed[:MAX_MARKS]):
             assert mark.pose is not None
             made += [
                 _marker("mark", 2 * number, Marker.ARROW, _at(mark.pose, 0.03), (0.4, 0.06, 0.06), BLUE),

@@ -43,7 +43,7 @@ from woosh_pure.values.messages import message_type, stamped_pose
 from woosh_pure.values.state import RobotStatus
 
 logger = get_logger("woosh_pure.sim")
-MOST_FILES = 1024
+MAX_FILES = 1024
 """Forty nodes and a few clients have 600 open files and sockets; above 1024 `select` would fail in other
 libraries."""
 _TICK = 0.02
@@ -129,7 +129,7 @@ class SimulatedChassis(Simulation):
         """Start master, nodes and world; return this object."""
         if self._thread is not None:
             return self
-        allow_open_files(MOST_FILES)
+        allow_open_files(MAX_FILES)
         if self._given_uri is None:
             self._master = rosproto.Master(host=self._host, port=self._port)
             self._port = int(self._master.uri.rstrip("/").rpartition(":")[2])

@@ -83,7 +83,7 @@ def _to_circle(
 # It looks forward, horizontally. Optical axes: x right, y down, z forward (REP 103).
 
 _WIDTH, _HEIGHT = 160, 120
-_ABOVE_FLOOR, _WALL_HEIGHT, _MOST_DEPTH = 0.5, 2.0, 8.0  # m
+_ABOVE_FLOOR, _WALL_HEIGHT, _MAX_DEPTH = 0.5, 2.0, 8.0  # m
 _FOCAL = _WIDTH / 2.0 / math.tan(math.radians(70.0) / 2.0)
 _COLUMNS = (np.arange(_WIDTH) - (_WIDTH - 1) / 2.0)[None, :] / _FOCAL
 _ROWS = (np.arange(_HEIGHT) - (_HEIGHT - 1) / 2.0)[:, None] / _FOCAL
@@ -92,11 +92,11 @@ _ROWS = (np.arange(_HEIGHT) - (_HEIGHT - 1) / 2.0)[:, None] / _FOCAL
 def _metres(grid: GridMap, pose: Pose2D, obstacles: Sequence[Obstacle]) -> NDArray[np.float64]:
     """(height, width) depth along z in m; 0 where nothing is in range."""
     angles = -np.arctan(_COLUMNS[0])
-    wall = cast(grid, pose, angles, _MOST_DEPTH, obstacles).astype(np.float64) * np.cos(angles)
+    wall = cast(grid, pose, angles, _MAX_DEPTH, obstacles).astype(np.float64) * np.cos(angles)
     floor = np.where(_ROWS > 0, _ABOVE_FLOOR / _ROWS, np.inf)
     over = np.where(_ROWS < 0, (_WALL_HEIGHT - _ABOVE_FLOOR) / -_ROWS, np.inf)
     depth = np.where(wall > over, np.inf, np.minimum(wall, floor))
-    depth[~np.isfinite(depth) | (depth > _MOST_DEPTH)] = 0.0
+    depth[~np.isfinite(depth) | (depth > _MAX_DEPTH)] = 0.0
     return depth
 
 
@@ -113,7 +113,7 @@ def camera_depth(grid: GridMap, pose: Pose2D, obstacles: Sequence[Obstacle] = ()
 def camera_picture(grid: GridMap, pose: Pose2D, obstacles: Sequence[Obstacle] = ()) -> NDArray[np.uint8]:
     """(height, width, 3) uint8 RGB: near is bright; the floor is greenish."""
     depth = _metres(grid, pose, obstacles)
-    near = np.where(depth > 0.0, 255.0 * (1.0 - depth / _MOST_DEPTH), 0.0)
+    near = np.where(depth > 0.0, 255.0 * (1.0 - depth / _MAX_DEPTH), 0.0)
     other = np.where(_is_floor(depth), near * 0.6, near)
     return np.stack((other, near, other), axis=-1).astype(np.uint8)
 

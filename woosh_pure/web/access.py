@@ -86,7 +86,7 @@ def _key_of(token: str) -> bytes:
 
 # -- clients: pages with sessions, and programs --------------------------------------------------------------
 
-MOST_SESSIONS = 256
+MAX_SESSIONS = 256
 KEPT_SECONDS = 60.0
 """Seconds for which a page can resume its session after its connection has ended."""
 
@@ -132,7 +132,7 @@ class Clients:
             if client is not None:
                 replaced, client.replaced = client.replaced, None
             else:
-                if len(self._known) >= MOST_SESSIONS:
+                if len(self._known) >= MAX_SESSIONS:
                     return None
                 address = printable(address)[:60]
                 name = f"page {next(self._numbers)} at {address}"
@@ -168,7 +168,7 @@ class Clients:
         ]
         for session in gone:
             del self._known[session]
-        while len(self._known) >= MOST_SESSIONS:
+        while len(self._known) >= MAX_SESSIONS:
             away = next((p.session for p in self._known.values() if not p.connected), None)
             if away is None:
                 return

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 FEEDS = {"color": "camera", "depth": "depth"}
-MOST_WIDTH, QUALITY = 640, 70
+MAX_WIDTH, QUALITY = 640, 70
 LINGER = 2.0
 """Seconds for which a camera stays subscribed after the last viewer, so that the next request is fast."""
 
@@ -46,7 +46,7 @@ def png_of(image: Image) -> bytes:
     return encode_png(pixels_of(image))
 
 
-def jpeg_of(image: Image, width: int = MOST_WIDTH) -> bytes:
+def jpeg_of(image: Image, width: int = MAX_WIDTH) -> bytes:
     """The picture as JPEG, scaled down to at most that width."""
     pixels = pixels_of(image)
     step = max(1, -(-pixels.shape[1] // width))

@@ -19,7 +19,7 @@ from woosh_pure.maps.marks import MarkFile, UserMark
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.snapshot import pose_part
 
-MOST_MARKS = 1000
+MAX_MARKS = 1000
 _logger = get_logger("woosh_pure.web")
 
 
@@ -85,8 +85,8 @@ class MarkList:
         mark = _checked(mark, 422)
         with self._changing() as marks:
             _require_free(marks, mark.name)
-            if len(marks) >= MOST_MARKS:
-                raise Problem(409, "there are {most} marks already", "too-many-marks", most=MOST_MARKS)
+            if len(marks) >= MAX_MARKS:
+                raise Problem(409, "there are {most} marks already", "too-many-marks", most=MAX_MARKS)
             marks[mark.name] = mark
         return mark
 

@@ -19,7 +19,7 @@ from woosh_pure.web.access import AccessRules, cookie_name, cookies
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
 
-MOST_BODY, BODY_SECONDS = 64 * 1024, 10.0
+MAX_BODY, BODY_SECONDS = 64 * 1024, 10.0
 CONTENT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
     "manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -154,7 +154,7 @@ class SecurityMiddleware:
             return
         answer = _with_headers(scope, send)
         is_stop = "woosh.method" in scope  # a stop limits its body itself, after stopping the robot
-        if refusal is None and not is_stop and _announced(headers) > MOST_BODY:
+        if refusal is None and not is_stop and _announced(headers) > MAX_BODY:
             refusal = _too_large()
         if refusal is not None:
             await _refused(scope, refusal, language_of(headers))(scope, receive, answer)
@@ -191,11 +191,11 @@ def _end_of(scope: Scope) -> Key:
 
 def _announced(headers: Mapping[str, str]) -> int:
     text = headers.get("content-length", "0")
-    return int(text) if text.isdigit() and len(text) < 16 else MOST_BODY + 1
+    return int(text) if text.isdigit() and len(text) < 16 else MAX_BODY + 1
 
 
 def _too_large() -> Problem:
-    return Problem(413, "the body is larger than {most} bytes", most=MOST_BODY)
+    return Problem(413, "the body is larger than {most} bytes", most=MAX_BODY)
 
 
 def _limited(receive: Receive) -> Receive:
@@ -214,7 +214,7 @@ def _limited(receive: Receive) -> Receive:
             ) from None
         more = bool(message.get("more_body", False))
         got += len(message.get("body", b""))
-        if got > MOST_BODY:
+        if got > MAX_BODY:
             raise _too_large()
         return message
 

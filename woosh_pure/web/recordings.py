@@ -20,7 +20,7 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.interface.recorded_topics import selection_of
 from woosh_pure.web.http_errors import Problem
 
-MOST_SECONDS, MOST_BYTES, LEAST_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
+MAX_SECONDS, MOST_BYTES, MIN_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
 NOT_WRITTEN = "the bag cannot be written; the log of the server says why"
 """Answers do not contain paths of this computer."""
 NO_ROOM = "the disk of the server is nearly full; the bag holds what came until then"
@@ -157,10 +157,10 @@ class RecordingManager:
                     path,
                     selection=selection_of(camera=camera),
                     compression="lz4",
-                    most_seconds=min(seconds or MOST_SECONDS, MOST_SECONDS),
+                    most_seconds=min(seconds or MAX_SECONDS, MAX_SECONDS),
                     most_bytes=MOST_BYTES,
                     buffer_bytes=64 << 20,
-                    least_free_bytes=LEAST_FREE,
+                    least_free_bytes=MIN_FREE,
                 )
             except BagError as error:
                 _logger.error("! a recording cannot begin: %s", error)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from rosproto.bag.bag_file import MOST_CONNECTIONS, BagFile
+from rosproto.bag.bag_file import MAX_CONNECTIONS, BagFile
 from rosproto.bag.chunk import ChunkData
 from rosproto.bag.mcap.chunks import LOOSE, BoundedStream, library, messages_of, misfits, read_mcap_chunk
 from rosproto.bag.reader import BagReader
@@ -232,8 +232,8 @@ class _Scan:
         self._take(record, -1)
 
     def _learn(self, channel: Any) -> None:
-        if len(self._found.connections) >= MOST_CONNECTIONS:
-            raise BagError(f"more than {MOST_CONNECTIONS} channels")
+        if len(self._found.connections) >= MAX_CONNECTIONS:
+            raise BagError(f"more than {MAX_CONNECTIONS} channels")
         self._found.connections[channel.id] = connection_of(channel, self._schemas.get(channel.schema_id))
 
     def _loose(self, message: Any, at: int) -> None:

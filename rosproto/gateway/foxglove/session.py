@@ -35,7 +35,7 @@ from rosproto.logs import get_logger
 _log = get_logger("rosproto.gateway")
 
 REPEAT_SECONDS = 5.0  # seconds until the same status is sent again
-MOST_WAITING = 8  # queued requests of a client; with more, its next message is not read yet
+MAX_WAITING = 8  # queued requests of a client; with more, its next message is not read yet
 ASSET_SIZE = 64 << 10  # a file counts as this many bytes in the outbox, until it is read
 
 
@@ -443,7 +443,7 @@ class _Queue:
     @property
     def full(self) -> bool:
         """Whether no further message should be read."""
-        return len(self._waiting) >= MOST_WAITING
+        return len(self._waiting) >= MAX_WAITING
 
     def put(self, work: Callable[[], object]) -> None:
         """Never waits."""

@@ -10,9 +10,9 @@ import json
 from dataclasses import dataclass, field
 from typing import Any
 
-MOST_SENT = 4096
+MAX_SENT = 4096
 """Most fragments of a sent message; tiny pieces are made longer."""
-MOST_RECEIVED = 1 << 16
+MAX_RECEIVED = 1 << 16
 INCOMPLETE = 16
 """Most incomplete messages of one client at a time."""
 SECONDS = 600.0
@@ -26,7 +26,7 @@ class FragmentError(Exception):
 
 def cut(text: str, size: int, id: str | float) -> tuple[str, ...]:
     """Cut a JSON text into fragments with `size` characters each; roslib ignores those with the id 0."""
-    size = max(size, -(-len(text) // MOST_SENT))
+    size = max(size, -(-len(text) // MAX_SENT))
     pieces = [text[start : start + size] for start in range(0, len(text), size)]
     total = len(pieces)
     return tuple(
@@ -80,8 +80,8 @@ class Reassembly:
             raise
 
     def _add(self, id: str | float, num: int | None, total: int | None, data: str, now: float) -> str | None:
-        if total is None or not 0 < total <= MOST_RECEIVED:
-            raise FragmentError(f"field total of a fragment must be a whole number from 1 to {MOST_RECEIVED}")
+        if total is None or not 0 < total <= MAX_RECEIVED:
+            raise FragmentError(f"field total of a fragment must be a whole number from 1 to {MAX_RECEIVED}")
         if num is None or not 0 <= num < total:
             raise FragmentError(f"field num of a fragment must be a whole number from 0 to {total - 1}")
         found = self._waiting.get(id)

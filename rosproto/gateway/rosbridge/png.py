@@ -13,7 +13,7 @@ from rosproto.gateway.chunks import ChunkedMessage
 
 MOST_BYTES = 256 << 10
 """Longest text from a client: undoing the filters takes up to a microsecond for three bytes."""
-MOST_ROWS = 4096
+MAX_ROWS = 4096
 """Most rows of a client's picture; each takes ten microseconds."""
 
 
@@ -60,7 +60,7 @@ def unpack(data: str, most_bytes: int = MOST_BYTES) -> str:
     if len(data) > most_bytes * 4 // 3 + 4:
         raise PngError(f"the picture has more than the limit of {most_bytes} bytes")
     try:
-        pixels = decode_png(binascii.a2b_base64(data), most_bytes // 3, MOST_ROWS)
+        pixels = decode_png(binascii.a2b_base64(data), most_bytes // 3, MAX_ROWS)
     except ValueError as error:  # binascii.Error is one
         raise PngError(f"no PNG picture in base64: {error}") from None
     if pixels.shape[2] != 3:

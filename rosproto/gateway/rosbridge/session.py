@@ -35,7 +35,7 @@ from rosproto.gateway.velocity_watchdog import is_velocity
 from rosproto.time import Time
 
 UNAUTHENTICATED_BYTES = 4 << 10  # longest message before authentication
-MOST_PAUSE = 0.1  # seconds after a long message was read
+MAX_PAUSE = 0.1  # seconds after a long message was read
 NOT_AUTHENTICATED = 1008  # close code: policy violation (RFC 6455, 7.4.1)
 AUTHENTICATE = "authenticate"
 AUTHENTICATION = "rosauth/Authentication"
@@ -143,7 +143,7 @@ class RosbridgeSession:
             try:
                 return await self._state.pool.run(message.read)
             finally:
-                await asyncio.sleep(min(time.monotonic() - began, MOST_PAUSE))
+                await asyncio.sleep(min(time.monotonic() - began, MAX_PAUSE))
 
     def _is_quick(self, request: Request) -> bool:
         """Whether a request is carried out without waiting."""

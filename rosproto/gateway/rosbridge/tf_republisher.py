@@ -42,12 +42,12 @@ def is_tf_name(name: str) -> bool:
     return name in KINDS
 
 
-MOST_GOALS = 64
-MOST_TOPICS = 64
-LEAST_PATIENCE, MOST_PATIENCE = 1.0, 60.0  # seconds that a topic stays without a subscriber
+MAX_GOALS = 64
+MAX_TOPICS = 64
+MIN_PATIENCE, MAX_PATIENCE = 1.0, 60.0  # seconds that a topic stays without a subscriber
 CLOSE_SECONDS = 2.0
-MOST_REMEMBERED = 1000  # goals of clients that have left
-MOST_FRAMES = 500  # of one goal
+MAX_REMEMBERED = 1000  # goals of clients that have left
+MAX_FRAMES = 500  # of one goal
 HIGHEST_RATE = 100.0  # Hz
 
 
@@ -139,14 +139,14 @@ class TfRepublisher:
         self._node = node
         self._lock = threading.Lock()
         self._clients: dict[object, set[str]] = {}
-        self._left: BoundedCache[str, bool] = BoundedCache(MOST_REMEMBERED)
+        self._left: BoundedCache[str, bool] = BoundedCache(MAX_REMEMBERED)
         self._topics: set[threading.Thread] = set()
         self._numbers = itertools.count()
         self._closing = threading.Event()
         self._listener = TransformListener(node)
         try:
             self._server = ActionServer(
-                node, ACTION, ACTION_TYPE, self._serve, concurrent=True, check=_problem, most_goals=MOST_GOALS
+                node, ACTION, ACTION_TYPE, self._serve, concurrent=True, check=_problem, most_goals=MAX_GOALS
             )
             kind = "tf2_web_republisher/RepublishTFs"
             self._service = node.service_server(SERVICE, kind, self._open_topic)
@@ -169,7 +169,7 @@ class TfRepublisher:
         """A client of the gateway sends a goal with this id; called before the goal is published."""
         with self._lock:
             ids = self._clients.setdefault(client, set())
-            if len(ids) >= MOST_GOALS:  # most have ended by now
+            if len(ids) >= MAX_GOALS:  # most have ended by now
                 ids.intersection_update(goal.id for goal in self._server.goals)
             ids.add(goal_id)
 
@@ -194,11 +194,11 @@ class TfRepublisher:
         if problem is not None:
             raise ValueError(problem)
         sending = _Sending(request)
-        patience = min(max(request.timeout.to_sec(), LEAST_PATIENCE), MOST_PATIENCE)
+        patience = min(max(request.timeout.to_sec(), MIN_PATIENCE), MAX_PATIENCE)
         name = f"{ACTION}/tf_repub_{next(self._numbers)}"
         with self._lock:
-            if len(self._topics) >= MOST_TOPICS:
-                raise ValueError(f"{MOST_TOPICS} topics of transforms are open, which is the limit")
+            if len(self._topics) >= MAX_TOPICS:
+                raise ValueError(f"{MAX_TOPICS} topics of transforms are open, which is the limit")
             thread = threading.Thread(
                 target=self._serve_topic, args=(name, sending, patience), name=f"rosproto:{name}", daemon=True
             )
@@ -270,8 +270,8 @@ class _Sending:
 
 def _problem(goal: Any) -> str | None:
     """Return why a goal is refused, or None."""
-    if len(goal.source_frames) > MOST_FRAMES:
-        return f"{len(goal.source_frames)} frames, {MOST_FRAMES} are the most"
+    if len(goal.source_frames) > MAX_FRAMES:
+        return f"{len(goal.source_frames)} frames, {MAX_FRAMES} are the most"
     if not 0.0 < goal.rate <= HIGHEST_RATE:
         return f"a rate of {goal.rate:g} Hz; expected more than 0, and {HIGHEST_RATE:g} at most"
     if not (goal.angular_thres >= 0.0 and goal.trans_thres >= 0.0):

@@ -24,14 +24,14 @@ from rosproto.transport.deadline import Deadline
 
 _log = get_logger("rosproto.node")
 
-MOST_FOUND = 1000
-MOST_LEARNED = 64
-MOST_LEARNED_CHARACTERS = 2 << 20  # total length of their texts
+MAX_FOUND = 1000
+MAX_LEARNED = 64
+MAX_LEARNED_CHARACTERS = 2 << 20  # total length of their texts
 
 FETCH_SECONDS = 3.0  # the subscriber waits for our answer meanwhile
-MOST_ASKED = 8  # publishers
+MAX_ASKED = 8  # publishers
 AGAIN_AFTER = 10.0  # seconds; limits the load of a peer that connects repeatedly
-MOST_REMEMBERED = 200
+MAX_REMEMBERED = 200
 
 
 class KnownDefinitions:
@@ -53,9 +53,9 @@ class KnownDefinitions:
         self._lock = threading.Lock()
         self._asked: dict[tuple[str, str], float] = {}  # (topic, md5sum) -> when its publishers were asked
         # Keyed by md5sums from peers. `define` has its own cache; `learn` shares a definition with all peers.
-        self._found: BoundedCache[tuple[type, str], _SearchResult] = BoundedCache(MOST_FOUND)
+        self._found: BoundedCache[tuple[type, str], _SearchResult] = BoundedCache(MAX_FOUND)
         self._learned: BoundedCache[tuple[type, str], type[Message]] = BoundedCache(
-            MOST_LEARNED, MOST_LEARNED_CHARACTERS
+            MAX_LEARNED, MAX_LEARNED_CHARACTERS
         )
 
     def library_for(self, name: str, kind: str = "msg") -> DefinitionLibrary | None:
@@ -122,7 +122,7 @@ class KnownDefinitions:
         except (RosError, OSError) as error:
             _log.debug("! %s: nobody can be asked for a definition: %s", topic, error)
             return None
-        for publisher in [name for name in publishers if name != caller.name][:MOST_ASKED]:
+        for publisher in [name for name in publishers if name != caller.name][:MAX_ASKED]:
             try:
                 reply = probe_topic(caller, topic, publisher, deadline)
             except (RosError, OSError) as error:
@@ -140,9 +140,9 @@ class KnownDefinitions:
         with self._lock:
             if now - self._asked.get((topic, md5sum), -AGAIN_AFTER) < AGAIN_AFTER:
                 return False
-            if len(self._asked) >= MOST_REMEMBERED:
+            if len(self._asked) >= MAX_REMEMBERED:
                 recent = {key: when for key, when in self._asked.items() if now - when < AGAIN_AFTER}
-                if len(recent) >= MOST_REMEMBERED:
+                if len(recent) >= MAX_REMEMBERED:
                     return False
                 self._asked = recent
             self._asked[topic, md5sum] = now

@@ -68,7 +68,7 @@ class Registration(Protocol):
 
 
 _log = get_logger("rosproto.node")
-_MOST_IN_BATCH = 100  # registrations in one request, so that neither it nor its time grows without a bound
+_MAX_IN_BATCH = 100  # registrations in one request, so that neither it nor its time grows without a bound
 
 
 class _Deferred(NamedTuple):
@@ -178,11 +178,11 @@ class Registrations:
             _undo(self._take_deferred(thread))
             raise
         held = self._take_deferred(thread)
-        for start in range(0, len(held), _MOST_IN_BATCH):
+        for start in range(0, len(held), _MAX_IN_BATCH):
             try:
-                self._register_batch(held[start : start + _MOST_IN_BATCH])
+                self._register_batch(held[start : start + _MAX_IN_BATCH])
             except BaseException:
-                _undo(held[start + _MOST_IN_BATCH :])
+                _undo(held[start + _MAX_IN_BATCH :])
                 raise
 
     def _take_deferred(self, thread: int) -> list[_Deferred]:

@@ -24,7 +24,7 @@ from rosproto.protocol.handshake import check_publisher_header, check_subscriber
 if TYPE_CHECKING:
     from rosproto.node.incoming.subscription import Subscription
 
-MOST_AT_ONCE = 256
+MAX_AT_ONCE = 256
 IN_FLIGHT = 1 << 20  # bytes that may wait regardless of the queue size, as in the buffers of TCP
 
 
@@ -85,7 +85,7 @@ class _LocalPipe:
                 self._waiting = True
                 self._condition.wait(5.0)
                 self._waiting = False
-            frames = list(itertools.islice(self._frames, MOST_AT_ONCE))
+            frames = list(itertools.islice(self._frames, MAX_AT_ONCE))
             for frame in frames:
                 self._frames.popleft()
                 self._under_way -= len(frame)

@@ -130,7 +130,7 @@ SURELY_SLOW = 0.050  # seconds: longer than a time slice of other programs
 QUICK_CALLS = 100
 QUICK_CALLS_AT_FIRST = 5
 CHUNK = 8  # messages between two readings of the clock, within a batch
-MOST_AT_ONCE = 64  # messages that the callback's thread takes at once
+MAX_AT_ONCE = 64  # messages that the callback's thread takes at once
 IDLE_WAIT = 5.0
 
 
@@ -293,7 +293,7 @@ class CallbackRunner(_Caller):
             for message in messages:
                 self._call(message)
             if perf_counter() - began < SLOW_CALL:
-                quick, share = quick + len(messages), min(2 * share, MOST_AT_ONCE)
+                quick, share = quick + len(messages), min(2 * share, MAX_AT_ONCE)
             else:
                 quick, share = 0, 1
 

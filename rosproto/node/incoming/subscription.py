@@ -56,7 +56,7 @@ def make_link(subscription: Subscription, uri: str) -> PublisherLink:
     return TcprosLink(subscription, uri, id)
 
 
-MOST_ERRORS = 32
+MAX_ERRORS = 32
 
 
 class Subscription:
@@ -83,7 +83,7 @@ class Subscription:
         self.tcp_nodelay = tcp_nodelay
         self.unreliable = unreliable
         self.links: dict[str, PublisherLink] = {}
-        self.errors: deque[Exception] = deque(maxlen=MOST_ERRORS)
+        self.errors: deque[Exception] = deque(maxlen=MAX_ERRORS)
         self.skipped = 0
         self.unfit = 0
         self.present_type = type_

@@ -22,7 +22,7 @@ from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
 from rosproto.transport.tcp import allow_repair, expect_acknowledgement, set_linger
 from rosproto.transport.unsent_bytes import unsent_bytes
 
-MOST_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
+MAX_VIEWS = 64  # buffers for one sendmsg; IOV_MAX is 1024 on Linux, 16 at the least by POSIX
 
 
 def send_some(sock: socket.socket, views: Sequence[bytes | memoryview]) -> tuple[int, OSError | None]:
@@ -32,14 +32,14 @@ def send_some(sock: socket.socket, views: Sequence[bytes | memoryview]) -> tuple
         if sys.platform != "win32":  # which has no sendmsg
             rest: Sequence[bytes | memoryview] = views
             while rest:
-                some = rest[:MOST_VIEWS]
+                some = rest[:MAX_VIEWS]
                 sent = sock.sendmsg(some)
                 total += sent
                 if sent < sum(map(len, some)):
                     # Interrupted by a signal, or the buffer is full; the next attempt decides.
-                    rest = [*remaining([memoryview(v) for v in some], sent), *rest[MOST_VIEWS:]]
+                    rest = [*remaining([memoryview(v) for v in some], sent), *rest[MAX_VIEWS:]]
                     continue
-                rest = rest[MOST_VIEWS:]
+                rest = rest[MAX_VIEWS:]
             return total, None
         for view in views:
             view = memoryview(view)
@@ -57,8 +57,8 @@ def send_some(sock: socket.socket, views: Sequence[bytes | memoryview]) -> tuple
 BATCH_BYTES = 16 << 10
 BATCH_SECONDS = 200e-6
 RETRY_SECONDS = 500e-6  # publish() retries a blocked link this often, as the monitor may not be scheduled
-MOST_NAME = 1024  # characters of a peer's name
-MOST_NOISE = 64 << 10  # bytes that a subscriber may send after its header
+MAX_NAME = 1024  # characters of a peer's name
+MAX_NOISE = 64 << 10  # bytes that a subscriber may send after its header
 
 # Errors of a system that has given up sending; Windows also uses the second one (WSAECONNABORTED).
 _GAVE_UP = (errno.ETIMEDOUT, errno.ECONNABORTED, getattr(errno, "WSAETIMEDOUT", errno.ETIMEDOUT))
@@ -93,7 +93,7 @@ class SubscriberLink(QueuedLink):
     ) -> None:
         super().__init__(
             sock,
-            caller_id=header.get("callerid", "")[:MOST_NAME],
+            caller_id=header.get("callerid", "")[:MAX_NAME],
             address=address,
             topic=topic,
             id=id,
@@ -326,7 +326,7 @@ class SubscriberLink(QueuedLink):
         try:
             noise = len(self.sock.recv(4096))
             self._noise += noise
-            if noise and self._noise < MOST_NOISE:
+            if noise and self._noise < MAX_NOISE:
                 return
             error = OSError("it sent data on a receive-only connection") if noise else None
         except BlockingIOError:

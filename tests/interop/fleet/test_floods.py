@@ -17,7 +17,7 @@ from tests.support.fleet_peers import ROOT
 from tests.support.light_chassis import LightChassis, moving
 from tests.support.mosquitto import Mosquitto, mosquitto
 from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
-from woosh_pure.fleet.inbox import MOST_MESSAGES
+from woosh_pure.fleet.inbox import MAX_MESSAGES
 from woosh_pure.fleet.messages.parsing import MOST_BYTES
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
@@ -67,7 +67,7 @@ def test_a_flood_of_nonsense_is_survived(hall: Any) -> None:
         while vandal.client.want_write():
             assert time.monotonic() < deadline
             time.sleep(0.05)
-    assert most <= MOST_MESSAGES
+    assert most <= MAX_MESSAGES
     master.instant("now", "stateRequest")
     found = master.until(lambda s: statuses(s).get("now") == "FINISHED" or resent(master), 30.0)
     assert 0 < errors(found).count("validationError") <= 20

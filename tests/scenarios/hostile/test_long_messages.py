@@ -21,7 +21,7 @@ pytest.importorskip("websockets", reason="websockets is not installed")
 
 IN_TIME = 0.5  # seconds, for a zero, on a quiet computer
 SILENCE = 0.5  # after which the gateway sends one by itself
-MOST_MEMORY = 300 << 20
+MAX_MEMORY = 300 << 20
 
 
 class Robot:
@@ -86,7 +86,7 @@ def test_zero_is_in_time_while_clients_send_all_they_can(what: str, clients: int
         worst = {how: round(max(times), 3) for how, times in took.items()}
         print(f"{what}, {clients} clients: {worst} s, {gateway.memory() / 1e6:.0f} MB", file=sys.stderr)
         assert max(worst.values()) < in_time, worst
-        assert gateway.memory() < MOST_MEMORY
+        assert gateway.memory() < MAX_MEMORY
 
 
 @pytest.mark.promise("Requests that a client sent before its connection was reset are dropped")

@@ -359,7 +359,7 @@ def test_a_server_that_fell_silent_is_not_ready(graph, client, clock):
 
 
 def test_finished_goals_are_forgotten_and_followed_ones_are_bounded(graph, client, monkeypatch):
-    monkeypatch.setattr(goal_tracker, "MOST_GOALS", 3)
+    monkeypatch.setattr(goal_tracker, "MAX_GOALS", 3)
     handles = [client.send_goal(Goal()) for _ in range(4)]
     assert handles[0].status is GoalStatus.LOST
     for handle in handles[1:]:

@@ -94,7 +94,7 @@ def test_a_goal_is_given_up_only_while_nobody_has_mentioned_it(graph, client, cl
 
 
 def test_goals_given_up_are_bounded_and_forgotten(graph, client, clock, monkeypatch):
-    monkeypatch.setattr(sent_goal, "MOST_GIVEN_UP", 2)
+    monkeypatch.setattr(sent_goal, "MAX_GIVEN_UP", 2)
     handles = [client.send_goal(Goal()) for _ in range(3)]
     for handle in handles:
         handle.give_up()

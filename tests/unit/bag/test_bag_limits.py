@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.bag import BagLimits, BagReader, BagWriter
-from rosproto.bag.bag_file import MOST_CONNECTIONS, Budget
+from rosproto.bag.bag_file import MAX_CONNECTIONS, Budget
 from rosproto.bag.records import MAGIC, ChunkHeader, FileHeader, encode_fields
 from rosproto.cli import main
 from rosproto.errors import BagError
@@ -97,8 +97,8 @@ def test_chunk_bytes() -> None:
 
 def test_connections_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each connection record becomes an object."""
-    assert MOST_CONNECTIONS == 65536
-    monkeypatch.setattr("rosproto.bag.message_offsets.MOST_CONNECTIONS", 5)
+    assert MAX_CONNECTIONS == 65536
+    monkeypatch.setattr("rosproto.bag.message_offsets.MAX_CONNECTIONS", 5)
     bag = BagReader(io.BytesIO(scanned(chunk(b"".join(connection(i) for i in range(9))))))
     assert any("more than 5 connection records" in line for line in bag.damage)
 

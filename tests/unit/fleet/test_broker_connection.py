@@ -13,7 +13,7 @@ import pytest
 from tests.support.stuck_broker import StuckBroker
 from tests.support.waiting import until
 from woosh_pure.fleet import broker_connection as mqtt
-from woosh_pure.fleet.broker_connection import MOST_WAITING, BrokerConnection
+from woosh_pure.fleet.broker_connection import MAX_WAITING, BrokerConnection
 from woosh_pure.fleet.config import Broker
 
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
@@ -66,7 +66,7 @@ def test_a_broker_that_does_not_read_costs_a_bounded_amount(opened: Any) -> None
             dropped = 0 if heard.connection.send("state", STATE) else dropped + 1
             pause.wait(0.001 if dropped else 0.0)
         assert heard.connection.dropped >= 100
-        assert heard.connection.waiting <= MOST_WAITING
+        assert heard.connection.waiting <= MAX_WAITING
         told = len(heard.told)
         broker.reading.set()
         heard.until(lambda: len(heard.told) > told)
@@ -150,7 +150,7 @@ def test_a_file_number_that_select_does_not_take_is_told(
     opened: Any, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """The sentence says how many vehicles a process may have."""
-    monkeypatch.setattr(mqtt, "_MOST_FILES", 0)
+    monkeypatch.setattr(mqtt, "_MAX_FILES", 0)
     with StuckBroker() as broker:
         heard = opened(broker.url)
         heard.until(lambda: heard.told == [True])

@@ -8,7 +8,7 @@ import pytest
 
 from tests.support.fleet import action, instant, order_json
 from woosh_pure.connection.call_scope import CallScope
-from woosh_pure.fleet.inbox import CAPACITY, MOST_MESSAGES, Inbox, Message, MessageKind, message_kind
+from woosh_pure.fleet.inbox import CAPACITY, MAX_MESSAGES, Inbox, Message, MessageKind, message_kind
 from woosh_pure.fleet.messages.elements import InstantActions
 from woosh_pure.fleet.messages.parsing import Invalid, read_instant_actions, read_order
 from woosh_pure.fleet.order.events import MalformedMessage
@@ -93,7 +93,7 @@ def test_whatever_comes_the_last_of_each_stop_is_kept(seed: int) -> None:
         )
         message = told(*kinds, name=f"n{n}-") if kinds else chance.choice((ORDER, MALFORMED))
         inbox.add_message(message, CALL)
-        assert inbox.waiting_messages <= MOST_MESSAGES
+        assert inbox.waiting_messages <= MAX_MESSAGES
         if isinstance(message, InstantActions):
             last |= {kind: message for kind in kinds if kind != "beep"}
     found = read(inbox)

@@ -301,7 +301,7 @@ def test_the_list_of_silent_nodes_is_bounded(
     nodes: Nodes, notifier: Notifier, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Thousands of registered addresses where nobody answers cost no memory for ever."""
-    monkeypatch.setattr(notifier_module, "MOST_SLOW_NODES", 3)
+    monkeypatch.setattr(notifier_module, "MAX_SLOW_NODES", 3)
     uris = [f"http://silent{number}/" for number in range(6)]
     for uri in uris:
         nodes.behave[uri] = lambda _: DeliveryOutcome.SILENT

@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError
-from rosproto.protocol.connection_header import MOST_FIELDS, decode_header, encode_header
+from rosproto.protocol.connection_header import MAX_FIELDS, decode_header, encode_header
 
 # rosgraph.network.encode_ros_handshake_header({"topic": "/t", "callerid": "/a", "type": "std_msgs/String"})
 # on Debian's 1.15.15, with the fields in its (sorted) order.
@@ -92,6 +92,6 @@ def test_what_cannot_be_sent_is_our_error(fields: dict[str, str]) -> None:
 def test_more_fields_than_anybody_needs_are_refused() -> None:
     """95,000 of them fit into a megabyte, and take a tenth of a second to decode."""
     field = struct.pack("<I", 3) + b"a=b"
-    assert decode_header(field * MOST_FIELDS) == {"a": "b"}
+    assert decode_header(field * MAX_FIELDS) == {"a": "b"}
     with pytest.raises(RemoteProtocolError, match="more than 1000 fields"):
-        decode_header(field * (MOST_FIELDS + 1))
+        decode_header(field * (MAX_FIELDS + 1))

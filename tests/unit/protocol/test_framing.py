@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from rosproto.errors import LocalProtocolError, TooLarge
-from rosproto.protocol.framing import BATCH, LARGE, MOST_ROOM, FrameDecoder, frame
+from rosproto.protocol.framing import BATCH, LARGE, MAX_ROOM, FrameDecoder, frame
 from tests.support.frames import feed, fill
 from tests.support.splits import every_split, slices_of_one_buffer
 
@@ -158,10 +158,10 @@ def test_a_buffer_that_a_read_filled_grows() -> None:
     fill(decoder, frame(b"abcd"))
     assert decoder.next_frame() == b"abcd"
     assert len(decoder.space()) > 8
-    largest = FrameDecoder(MOST_ROOM, room=MOST_ROOM)
-    fill(largest, frame(bytes(MOST_ROOM - 4)))
-    assert largest.next_frame() == bytes(MOST_ROOM - 4)
-    assert len(largest.space()) == MOST_ROOM
+    largest = FrameDecoder(MAX_ROOM, room=MAX_ROOM)
+    fill(largest, frame(bytes(MAX_ROOM - 4)))
+    assert largest.next_frame() == bytes(MAX_ROOM - 4)
+    assert len(largest.space()) == MAX_ROOM
 
 
 def test_a_length_that_is_refused_takes_no_room() -> None:

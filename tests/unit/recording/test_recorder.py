@@ -146,9 +146,9 @@ def test_headers_of_publishers_are_bounded(
     a connection that is there, the rest is left out and told of once.
     """
     if bound == "number":
-        monkeypatch.setattr("rosproto.recording.buffer.MOST_CONNECTIONS", 20)
+        monkeypatch.setattr("rosproto.recording.buffer.MAX_CONNECTIONS", 20)
     else:
-        monkeypatch.setattr("rosproto.recording.buffer.MOST_CONNECTION_CHARACTERS", 2000)
+        monkeypatch.setattr("rosproto.recording.buffer.MAX_CONNECTION_CHARACTERS", 2000)
     taken: list[Entry] = []
     tap = TopicReceiver("/a", SimpleNamespace(clock=NodeClock()), SimpleNamespace(put=taken.append))  # type: ignore[arg-type]
 

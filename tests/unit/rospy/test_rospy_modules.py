@@ -385,7 +385,7 @@ def test_frames_of_a_peer_are_bounded(tmp_path: Path) -> None:
         import tf2_py, rospy
         from geometry_msgs.msg import TransformStamped
         from rosproto.tf import tree
-        tf2_py.MOST_SAMPLES = 5
+        tf2_py.MAX_SAMPLES = 5
         core = tf2_py.BufferCore()
         core._tree = tree.FrameTree(50)
         def put(parent, child, stamp=1.0):

@@ -111,7 +111,7 @@ def test_one_that_is_back_is_found_by_the_next_attempt(
 def test_what_is_pending_is_bounded(
     silent: socket.socket, begun: Begun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    last, note = connecting.MOST_PENDING + 4, begun.append
+    last, note = connecting.MAX_PENDING + 4, begun.append
     open_then: list[int] = []
 
     def refused_in_the_end(address: tuple[str, int]) -> None:

@@ -61,11 +61,11 @@ def test_what_peers_announce_is_bounded(caplog: pytest.LogCaptureFixture) -> Non
     """Neither memory nor the log grows with their names, and none of them reaches a terminal as it is."""
     hosts = HostNames(master="10.0.0.1")
     with caplog.at_level(logging.WARNING, "rosproto"):
-        for number in range(3 * robot_host_names.MOST_NAMES):
+        for number in range(3 * robot_host_names.MAX_NAMES):
             hosts.resolve(f"name-{number}")
-    assert len(hosts.unknown) == robot_host_names.MOST_NAMES
-    assert len(caplog.records) == robot_host_names.MOST_NAMES
-    assert f"name-{3 * robot_host_names.MOST_NAMES - 1}" in hosts.unknown
+    assert len(hosts.unknown) == robot_host_names.MAX_NAMES
+    assert len(caplog.records) == robot_host_names.MAX_NAMES
+    assert f"name-{3 * robot_host_names.MAX_NAMES - 1}" in hosts.unknown
     with pytest.raises(ConnectionLost) as caught:
         hosts.resolve("evil\x1b[31m")
     assert "\x1b" not in str(caught.value)

@@ -29,10 +29,10 @@ from woosh_pure.fleet.chassis_facts import MapEntry
 from woosh_pure.maps.gridmap import GridMap
 
 _log = get_logger("woosh_pure.fleet.action_handlers.maps")
-MOST_MAPS = 50
-MOST_DOWNLOAD = 64_000_000
+MAX_MAPS = 50
+MAX_DOWNLOAD = 64_000_000
 """Largest download, bytes."""
-MOST_UNPACKED = 256_000_000
+MAX_UNPACKED = 256_000_000
 """Largest size of the unpacked files, bytes."""
 _SILENCE = 20.0  # s without a byte after which a download has failed
 _HASHES = {32: "md5", 40: "sha1", 64: "sha256", 128: "sha512"}  # by their hexadecimal digits
@@ -78,8 +78,8 @@ class MapStore:
         """Raise `ChassisError` if a map is stored already, or there are too many."""
         if self._find(map_id, version) is not None:
             raise ChassisError(f"map {map_id} {version} is on the vehicle already; delete it first")
-        if len(self.entries) >= MOST_MAPS:
-            raise ChassisError(f"there are {MOST_MAPS} maps on the vehicle; delete one first")
+        if len(self.entries) >= MAX_MAPS:
+            raise ChassisError(f"there are {MAX_MAPS} maps on the vehicle; delete one first")
 
     def require_stored(self, map_id: str, version: str) -> None:
         """Raise `ChassisError` if a map is not stored."""
@@ -243,8 +243,8 @@ def fetch(link: str, cancelled: Callable[[], bool], digest: str = "") -> bytes:
         with urlopen(Request(link), timeout=_SILENCE) as reply:
             while piece := reply.read(65536):
                 found += piece
-                if len(found) > MOST_DOWNLOAD:
-                    raise ChassisError(f"{where}: more than {MOST_DOWNLOAD} bytes; send a smaller map")
+                if len(found) > MAX_DOWNLOAD:
+                    raise ChassisError(f"{where}: more than {MAX_DOWNLOAD} bytes; send a smaller map")
                 if cancelled():
                     raise ChassisError("the download was cancelled")
     except (OSError, ValueError, HTTPException) as error:
@@ -266,8 +266,8 @@ def unpack(data: bytes) -> GridMap:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as packed, tempfile.TemporaryDirectory() as folder:
             infos = [info for info in packed.infolist() if not info.is_dir()]
-            if sum(info.file_size for info in infos) > MOST_UNPACKED:
-                raise ChassisError(f"the map is larger than {MOST_UNPACKED} bytes when unpacked")
+            if sum(info.file_size for info in infos) > MAX_UNPACKED:
+                raise ChassisError(f"the map is larger than {MAX_UNPACKED} bytes when unpacked")
             names = [Path(info.filename.replace("\\", "/")).name for info in infos]
             sheets = [name for name in names if name.lower().endswith((".yaml", ".yml"))]
             if len(sheets) != 1 or len(set(names)) != len(names):

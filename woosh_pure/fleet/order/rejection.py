@@ -40,7 +40,7 @@ from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import Hold, OrderPhase
 from woosh_pure.fleet.order.vehicle_limits import Capabilities, on_other_map, within_deviation
 
-MOST_AHEAD = 2000  # nodes of an order that is extended and not driven
+MAX_AHEAD = 2000  # nodes of an order that is extended and not driven
 
 
 def rejection_of_new_order(order: Order, state: OrderState) -> Problem | None:
@@ -84,8 +84,8 @@ def _against_update(order: Order, state: OrderState) -> Iterator[Problem]:
         )
         yield _problem(order, ErrorType.ORDER_UPDATE, text, nodeId=first.id)
     yield from _not_in_control(order, state)
-    if len(state.nodes) + len(order.nodes) > MOST_AHEAD:
-        yield _problem(order, ErrorType.ORDER, f"more than {MOST_AHEAD} nodes are ahead; send it later")
+    if len(state.nodes) + len(order.nodes) > MAX_AHEAD:
+        yield _problem(order, ErrorType.ORDER, f"more than {MAX_AHEAD} nodes are ahead; send it later")
     taken = {a.action.id for a in state.action_states} - {a.action.id for a in state.actions_of_horizon()}
     yield from _unsupported(order, state.limits, taken, first=1)
     stitching = [

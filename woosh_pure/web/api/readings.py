@@ -89,7 +89,7 @@ _logger = get_logger("woosh_pure.web")
 # -- feeds: the newest value of one, and its stream of Server-Sent Events ------------------------------------
 
 feeds = APIRouter(tags=["feeds"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
-MOST_STREAMS, STUCK_SECONDS, BEAT_SECONDS, LOOK_SECONDS = 32, 10.0, 5.0, 0.25
+MAX_STREAMS, STUCK_SECONDS, BEAT_SECONDS, LOOK_SECONDS = 32, 10.0, 5.0, 0.25
 _EVENTS: dict[int | str, dict[str, Any]] = {
     200: {"content": {"text/event-stream": {}}, "description": "one event for each new value, as FeedValue"}
 }
@@ -161,9 +161,9 @@ class _Events(Response):
         self._context, self._name, self._feed, self._rate = context, name, feed, rate
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if self._context.streams >= MOST_STREAMS:  # here, where it is counted: many may be asked for at once
+        if self._context.streams >= MAX_STREAMS:  # here, where it is counted: many may be asked for at once
             raise Problem(
-                429, "{most_streams} streams are open already; close one first", most_streams=MOST_STREAMS
+                429, "{most_streams} streams are open already; close one first", most_streams=MAX_STREAMS
             )
         self._context.streams += 1
         gone = asyncio.ensure_future(_gone(receive))

@@ -23,7 +23,7 @@ from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, check_command, context_of, name_of, problems
 from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
-from woosh_pure.web.middleware import MOST_BODY
+from woosh_pure.web.middleware import MAX_BODY
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import stop_part
 from woosh_pure.web.validation_errors import refusal
@@ -144,13 +144,13 @@ class _Body:
         more = not self.is_absent
         while more:
             message = await receive()
-            self._text = (self._text + message.get("body", b""))[: MOST_BODY + 1]
+            self._text = (self._text + message.get("body", b""))[: MAX_BODY + 1]
             more = bool(message.get("more_body", False))
 
     async def asks_for_everything(self) -> bool:
         """Whether to stop goals of others, too: true unless the body excludes them in time."""
         await asyncio.wait([self._reading], timeout=BODY_SECONDS)
-        if not self._reading.done() or not self._is_json or not 0 < len(self._text) <= MOST_BODY:
+        if not self._reading.done() or not self._is_json or not 0 < len(self._text) <= MAX_BODY:
             return True
         try:
             return self._request().everything
@@ -162,8 +162,8 @@ class _Body:
 
     def complaint(self) -> Problem | None:
         """Return the error in the body; None if it is valid."""
-        if len(self._text) > MOST_BODY:
-            return Problem(413, "the body is larger than {most} bytes", most=MOST_BODY)
+        if len(self._text) > MAX_BODY:
+            return Problem(413, "the body is larger than {most} bytes", most=MAX_BODY)
         if not self._reading.done():
             return Problem(408, "the body did not arrive")
         if not self._text:

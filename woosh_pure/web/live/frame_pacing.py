@@ -19,7 +19,7 @@ from woosh_pure.web.live.hub import STATE_PARTS, Hub
 from woosh_pure.web.snapshot import lease_part, text_of
 
 CREDITS = 2
-MOST_ENTRIES = 50
+MAX_ENTRIES = 50
 NOTHING_READ, SEND_SECONDS = 15.0, 10.0
 """Seconds after which a page that acknowledges nothing, or accepts nothing, is disconnected."""
 _AT_ONCE = ("lost",)
@@ -186,7 +186,7 @@ class FrameSender:
             return None
         since, self._journal = self._journal, journal.version
         return text_of(
-            {"t": "journal", "entries": [entry.as_json() for entry in journal.since(since)[-MOST_ENTRIES:]]}
+            {"t": "journal", "entries": [entry.as_json() for entry in journal.since(since)[-MAX_ENTRIES:]]}
         )
 
     def _lease_news(self) -> str | None:

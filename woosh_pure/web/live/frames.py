@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 SCAN, CAMERA, COSTMAP = 1, 2, 3
 SOURCES = ("color", "depth")
-MOST_RANGES = 2000
+MAX_RANGES = 2000
 """A scan with more ranges is thinned to every second, third ... range; a screen cannot show more."""
-MOST_CELLS, PART = 250_000, 8 * 1024
+MAX_CELLS, PART = 250_000, 8 * 1024
 """Most cells of a costmap, and most bytes of one part. A screen does not show more cells, and over a slow
 link a part delays other frames no longer than a camera picture."""
 _HEAD = struct.Struct("<BBH5f")
@@ -52,7 +52,7 @@ def scan_frame(
         angles: The first range's angle, and the step from one to the next, rad, in the laser's frame.
         laser: Pose of the laser in the map.
     """
-    step = max(1, math.ceil(ranges.size / MOST_RANGES))
+    step = max(1, math.ceil(ranges.size / MAX_RANGES))
     ranges = ranges[::step]
     with np.errstate(invalid="ignore"):
         seen = (ranges >= limits[0]) & (ranges <= min(limits[1], 655.0))
@@ -67,7 +67,7 @@ def camera_frame(source: str, jpeg: bytes) -> bytes:
 
 
 def costmap_frames(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -> tuple[bytes, ...]:
-    """A costmap in parts, between which other frames are sent. One of more than `MOST_CELLS` is scaled down:
+    """A costmap in parts, between which other frames are sent. One of more than `MAX_CELLS` is scaled down:
     each cell then has the highest cost of those it stands for.
 
     Args:
@@ -78,7 +78,7 @@ def costmap_frames(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -
     Raises:
         ValueError: It has no cells, more than 65535 in one direction, or a place that is not finite.
     """
-    step = math.ceil(math.sqrt(cells.size / MOST_CELLS))
+    step = math.ceil(math.sqrt(cells.size / MAX_CELLS))
     if step > 1:
         rows, columns = (np.arange(0, size, step) for size in cells.shape)
         cells = np.maximum.reduceat(np.maximum.reduceat(cells, rows, axis=0), columns, axis=1)

@@ -12,7 +12,7 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.velocity.drive import Drive
 from woosh_pure.web.http_errors import Problem
 
-MOST_LINEAR, MOST_ANGULAR = 0.3, 0.5
+MAX_LINEAR, MAX_ANGULAR = 0.3, 0.5
 """Highest velocities of a page, m/s and rad/s. Lower limits of the chassis apply, too."""
 ZEROS_SECONDS = 2.5
 """Seconds for which a new press waits for the zeros of the last drive; `finish` takes two."""
@@ -36,7 +36,7 @@ class ManualDrive:
     def limits(self) -> dict[str, float]:
         """The limits of the open drive, or else the most that a page may drive."""
         drive = self._drive
-        linear, angular = (MOST_LINEAR, MOST_ANGULAR)
+        linear, angular = (MAX_LINEAR, MAX_ANGULAR)
         if drive is not None:
             linear, angular = drive.limits.linear, drive.limits.angular
         return {"vx": linear, "wz": angular}
@@ -67,13 +67,13 @@ class ManualDrive:
     def _begin(self) -> Drive:
         velocity = self._chassis.velocity
         try:
-            drive = velocity(bypasses_protection=True, max_linear=MOST_LINEAR, max_angular=MOST_ANGULAR)
+            drive = velocity(bypasses_protection=True, max_linear=MAX_LINEAR, max_angular=MAX_ANGULAR)
         except ValueError:  # the chassis's own limits are lower
             known = velocity(bypasses_protection=True).limits
             drive = velocity(
                 bypasses_protection=True,
-                max_linear=min(MOST_LINEAR, known.linear),
-                max_angular=min(MOST_ANGULAR, known.angular),
+                max_linear=min(MAX_LINEAR, known.linear),
+                max_angular=min(MAX_ANGULAR, known.angular),
             )
         return drive.__enter__()
 

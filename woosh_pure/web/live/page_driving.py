@@ -17,7 +17,7 @@ from woosh_pure.web.live.deadman import DeadManSwitch, Verdict
 from woosh_pure.web.live.frame_pacing import BadMessage, FrameSender
 from woosh_pure.web.robot import Robot
 
-MOST_ROUND_TRIP = 0.4
+MAX_ROUND_TRIP = 0.4
 """Longest time from a frame to its acknowledgement when a drive begins. The travel time of the first press
 itself is unknown."""
 
@@ -136,7 +136,7 @@ class PageDriving:
         if not self.confirmed:
             return "not confirmed", "read and confirm the warning first"
         trip = self._round_trip()
-        if trip > MOST_ROUND_TRIP:
+        if trip > MAX_ROUND_TRIP:
             return "slow link", f"the network takes {trip:.1f} s: nobody can drive through that"
         driver = self._robot.manual_drive.driver
         if driver not in (None, self._name):

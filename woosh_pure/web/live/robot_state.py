@@ -28,7 +28,7 @@ from woosh_pure.web.snapshot import (
 
 ASSUMED_RADIUS = 0.3
 """m; the chassis does not report its outline."""
-MOST_POINTS = 500
+MAX_POINTS = 500
 
 
 def slow_parts(robot: Robot) -> dict[str, Any]:
@@ -65,7 +65,7 @@ def path_points(robot: Robot) -> list[list[float]]:
     The navigation goes on publishing its last path, and does not report its end.
     """
     path = known_path(robot.chassis) if _under_way(robot) else []
-    step = max(1, math.ceil(len(path) / MOST_POINTS))
+    step = max(1, math.ceil(len(path) / MAX_POINTS))
     thinned = path[::step]
     if path and thinned[-1] is not path[-1]:
         thinned.append(path[-1])

@@ -39,7 +39,7 @@ class Visible:
         return sorted(name for name in set(names) if self.shows(kind, name))
 
 
-MOST_REMEMBERED = 2000
+MAX_REMEMBERED = 2000
 PROBE_SECONDS = 2.0  # longest time for one probe
 AGAIN_AFTER = 10.0  # seconds until a provider that did not answer is probed again
 
@@ -52,7 +52,7 @@ class ServiceTypes:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._types: BoundedCache[tuple[str, str], tuple[str, float]] = BoundedCache(MOST_REMEMBERED)
+        self._types: BoundedCache[tuple[str, str], tuple[str, float]] = BoundedCache(MAX_REMEMBERED)
 
     def of(self, service: str, deadline: Deadline) -> str:
         """The type of a service; "" without a provider, or if it does not answer."""

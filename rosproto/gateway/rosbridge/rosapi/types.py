@@ -29,7 +29,7 @@ from rosproto.msg import (
 from rosproto.node import Node, probe_topic
 from rosproto.transport.deadline import Deadline
 
-MOST_TYPES = 300  # of one answer, and the greatest depth: definitions from robots are not trusted
+MAX_TYPES = 300  # of one answer, and the greatest depth: definitions from robots are not trusted
 _TIMES = ("time", "duration")
 _PARTS_OF_TIME = tuple(Field(name, FieldType("int32")) for name in ("secs", "nsecs"))
 _EXAMPLES = {"bool": "False", "string": "", "float32": "0.0", "float64": "0.0"}
@@ -51,7 +51,7 @@ def type_details(spec: MessageSpec, find: Callable[[str], MessageSpec]) -> list[
         found.append(_typedef(spec))
         for field in spec.fields:
             base = field.type.base
-            if base in seen or len(seen) >= MOST_TYPES:
+            if base in seen or len(seen) >= MAX_TYPES:
                 continue
             seen.add(base)
             if base in _TIMES:
@@ -88,9 +88,9 @@ def _example(type_: FieldType) -> str:
     return _EXAMPLES.get(type_.base, "0")
 
 
-MOST_LEARNED = 256
-MOST_CHARACTERS = 4 << 20
-MOST_ASKED = 3  # publishers of one type
+MAX_LEARNED = 256
+MAX_CHARACTERS = 4 << 20
+MAX_ASKED = 3  # publishers of one type
 ASK_SECONDS = 3.0
 
 
@@ -100,7 +100,7 @@ class Definitions:
     def __init__(self, node: Node, visible: Visible) -> None:
         self._node = node
         self._visible = visible
-        self._learned: BoundedCache[str, DefinitionLibrary] = BoundedCache(MOST_LEARNED, MOST_CHARACTERS)
+        self._learned: BoundedCache[str, DefinitionLibrary] = BoundedCache(MAX_LEARNED, MAX_CHARACTERS)
 
     def message_details(self, name: str) -> list[Typedef]:
         """Typedefs of a message type; none for a builtin type, as in the original."""
@@ -164,7 +164,7 @@ class Definitions:
         topics = [topic for topic, kind in types.items() if kind == name and topic in publishers]
         places = [(topic, node_name) for topic in topics for node_name in publishers[topic]]
         shown = [(topic, who) for topic, who in places if self._visible.shows("topic", topic)]
-        for topic, publisher in shown[:MOST_ASKED]:
+        for topic, publisher in shown[:MAX_ASKED]:
             try:
                 reply = probe_topic(node, topic, publisher, deadline)
                 if reply.type_name != name:

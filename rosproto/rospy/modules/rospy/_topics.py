@@ -27,7 +27,7 @@ from .msg import AnyMsg
 SETTLE = 0.02
 """Seconds after the registration in which no callback comes: rospy's links take longer, and programs use what
 `self.sub = rospy.Subscriber(...)` assigns in the callback."""
-MOST_ATTACHING = 1.0  # seconds
+MAX_ATTACHING = 1.0  # seconds
 UNBOUNDED = sys.maxsize  # messages that may wait; rospy has no bound by default
 
 
@@ -63,7 +63,7 @@ class TopicImpl:
 
     def settle(self):
         """Delay the first callback, in a library thread, until the program has had time to continue."""
-        if self._attached.wait(MOST_ATTACHING):
+        if self._attached.wait(MAX_ATTACHING):
             time.sleep(max(0.0, self._settles_at - time.monotonic()))
         self._settled = True
 

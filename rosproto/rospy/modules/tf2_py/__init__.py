@@ -17,8 +17,8 @@ from rospy.rostime import Time
 from rosproto.quaternion import from_matrix, to_matrix
 from rosproto.tf.tree import (
     LONGEST_NAME,
-    MOST_FRAMES,
-    MOST_SAMPLES,
+    MAX_FRAMES,
+    MAX_SAMPLES,
     OLD,
     REPEATED,
     FrameLoop,
@@ -185,7 +185,7 @@ class BufferCore:
                 return
             edge = self._tree.edges.get(child)
             if edge is None:  # static if the first pose is, as in tf2
-                edge = self._tree.edges[child] = History(self._duration, MOST_SAMPLES, static=static)
+                edge = self._tree.edges[child] = History(self._duration, MAX_SAMPLES, static=static)
             self._tree.remember_names(child, parent)
             why = edge.add(Sample(stamp, parent, translation, rotation))
             if why is None:
@@ -200,7 +200,7 @@ class BufferCore:
             self._told = True
             text = 'Ignoring transform for child_frame_id "%s" from authority "%s"'
             text += ": %d frames of %d characters at most"
-            _say("Error:", text % (child[:100], authority, MOST_FRAMES, LONGEST_NAME), 278)
+            _say("Error:", text % (child[:100], authority, MAX_FRAMES, LONGEST_NAME), 278)
 
     def clear(self):
         """Remove all transforms except static ones."""

@@ -240,7 +240,7 @@ def test_a_download_is_bounded_and_can_be_cancelled(served: str, monkeypatch: py
         fetch(f"{served}/other.zip", lambda: False)
     with pytest.raises(ChassisError, match="could not be fetched"):
         fetch("http://127.0.0.1:1/x", lambda: False)
-    monkeypatch.setattr(maps, "MOST_DOWNLOAD", 10)
+    monkeypatch.setattr(maps, "MAX_DOWNLOAD", 10)
     with pytest.raises(ChassisError, match="more than 10 bytes"):
         fetch(f"{served}/good.zip", lambda: False)
 
@@ -280,7 +280,7 @@ def test_what_is_no_map_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         file.writestr("a.yaml", f"image: {tmp_path}/good/hall.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n")
     with pytest.raises(ChassisError, match=r"hall\.pgm"):
         unpack(lone.getvalue())
-    monkeypatch.setattr(maps, "MOST_UNPACKED", 100)
+    monkeypatch.setattr(maps, "MAX_UNPACKED", 100)
     with pytest.raises(ChassisError, match="larger than 100"):
         unpack(packed(tmp_path / "good"))
 

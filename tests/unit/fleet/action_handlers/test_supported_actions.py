@@ -192,7 +192,7 @@ def test_charging_is_stopped_by_driving_off() -> None:
 
 def test_reports_are_stored_and_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The name is the result; the oldest makes room."""
-    monkeypatch.setattr("woosh_pure.fleet.state_file.MOST_REPORTS", 2)
+    monkeypatch.setattr("woosh_pure.fleet.state_file.MAX_REPORTS", 2)
     journal = Journal(tmp_path / "logs", "W-1")
     journal.note("< order\n\x1b[0m")
     name = journal.write("why", {"order": {"orderId": "o"}})

@@ -9,8 +9,8 @@ import pytest
 
 from rosproto.gateway.rosbridge.fragments import (
     INCOMPLETE,
-    MOST_RECEIVED,
-    MOST_SENT,
+    MAX_RECEIVED,
+    MAX_SENT,
     SECONDS,
     FragmentError,
     Reassembly,
@@ -39,7 +39,7 @@ def test_what_is_cut_is_put_together(size: int) -> None:
 def test_small_fragments_of_a_large_text_are_made_larger() -> None:
     """A tiny fragment size does not cause a million fragments."""
     sent = cut("x" * 1_000_000, 1, "f")
-    assert len(sent) <= MOST_SENT
+    assert len(sent) <= MAX_SENT
     assert "".join(json.loads(payload)["data"] for payload in sent) == "x" * 1_000_000
 
 
@@ -47,7 +47,7 @@ def test_small_fragments_of_a_large_text_are_made_larger() -> None:
     "wrong",
     [
         {"id": None}, {"id": 1.5}, {"id": True}, {"id": []}, {"data": 5}, {"data": None}, {"num": -1}, {"num": 3},
-        {"num": "0"}, {"num": True}, {"num": 1.0}, {"total": 0}, {"total": MOST_RECEIVED + 1}, {"total": "3"},
+        {"num": "0"}, {"num": True}, {"num": 1.0}, {"total": 0}, {"total": MAX_RECEIVED + 1}, {"total": "3"},
         {"total": None}, {"num": None}, {"total": 10**400}, {"num": 10**400},
     ],
 )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rosproto.gateway.rosbridge.fragments import MOST_SENT
+from rosproto.gateway.rosbridge.fragments import MAX_SENT
 from rosproto.gateway.rosbridge.operations import OPERATIONS, RECEIVED_PARTS
 
 PAGE = (Path(__file__).resolve().parents[4] / "docs" / "rosbridge.md").read_text("utf-8")
@@ -26,4 +26,4 @@ def test_every_operation_has_its_row() -> None:
 
 def test_the_figures() -> None:
     """What the page says of fragments holds."""
-    assert f"in fragments, at most {MOST_SENT} of them" in PAGE
+    assert f"in fragments, at most {MAX_SENT} of them" in PAGE

@@ -142,7 +142,7 @@ def topics(node: Node) -> list[str]:
 @pytest.mark.promise("64 of each at a time, 500 frames, 100 Hz at most")
 def test_topics_of_the_service_are_bounded(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
     """No client opens topics without end; closing ends them."""
-    monkeypatch.setattr(tf_republisher, "MOST_TOPICS", 2)
+    monkeypatch.setattr(tf_republisher, "MAX_TOPICS", 2)
     robot, gateway = nodes
     with closing(TfRepublisher(gateway)):
         client = robot.service_client("/republish_tfs", "tf2_web_republisher/RepublishTFs")
@@ -159,7 +159,7 @@ def test_topics_of_the_service_are_bounded(nodes: tuple[Node, Node], monkeypatch
 @pytest.mark.promise("64 of each at a time, 500 frames, 100 Hz at most")
 def test_goals_are_bounded(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
     """One client, or many, send no goals without end."""
-    monkeypatch.setattr(tf_republisher, "MOST_GOALS", 2)
+    monkeypatch.setattr(tf_republisher, "MAX_GOALS", 2)
     robot, gateway = nodes
     with (
         closing(TfRepublisher(gateway)),

@@ -14,7 +14,7 @@ import pytest
 from rosproto.errors import ConnectionLost, TooLarge
 from rosproto.node.incoming.tcpros_link import FIRST_BUFFER, FrameReader
 from rosproto.protocol.framing import BATCH, LARGE
-from rosproto.protocol.framing import MOST_ROOM as BUFFER
+from rosproto.protocol.framing import MAX_ROOM as BUFFER
 from tests.support.memory import peak_of
 
 

@@ -9,7 +9,7 @@ import pytest
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark
 from woosh_pure.web.http_errors import Problem
-from woosh_pure.web.marks import MOST_MARKS, MarkList
+from woosh_pure.web.marks import MAX_MARKS, MarkList
 
 
 def test_any_objects_with_name_and_pose_are_marks() -> None:
@@ -35,6 +35,6 @@ def test_a_change_that_is_refused_changes_nothing() -> None:
 
 
 def test_the_list_has_a_bound() -> None:
-    marks = MarkList([UserMark(str(i)) for i in range(MOST_MARKS)])
+    marks = MarkList([UserMark(str(i)) for i in range(MAX_MARKS)])
     with pytest.raises(Problem, match="already"):
         marks.add(UserMark("one more"))

@@ -21,10 +21,10 @@ from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark
 from woosh_pure.readiness.assessment import assess
 from woosh_pure.reasons import Readiness, Reason
-from woosh_pure.web.access import MOST_SESSIONS, Clients
+from woosh_pure.web.access import MAX_SESSIONS, Clients
 from woosh_pure.web.goals import Journal, command
 from woosh_pure.web.http_errors import Problem, problem_of
-from woosh_pure.web.live.frames import MOST_CELLS, MOST_RANGES, PART, camera_frame, costmap_frames, scan_frame
+from woosh_pure.web.live.frames import MAX_CELLS, MAX_RANGES, PART, camera_frame, costmap_frames, scan_frame
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import mark_part
 from woosh_pure.web.snapshot import (
@@ -49,9 +49,9 @@ def test_a_scan_says_where_the_laser_is_and_what_it_saw_in_centimetres() -> None
 
 
 def test_a_scan_with_more_points_than_a_screen_shows_is_thinned() -> None:
-    frame = scan_frame(np.ones(2 * MOST_RANGES + 1, np.float32), (0.0, 9.0), (0.0, 0.001), Pose2D(0.0, 0.0))
+    frame = scan_frame(np.ones(2 * MAX_RANGES + 1, np.float32), (0.0, 9.0), (0.0, 0.001), Pose2D(0.0, 0.0))
     _, _, count, *place = struct.unpack_from("<BBH5f", frame)
-    assert count <= MOST_RANGES
+    assert count <= MAX_RANGES
     assert place[4] == pytest.approx(0.003)
     assert len(frame) == 24 + 2 * count
 
@@ -90,7 +90,7 @@ def test_a_large_costmap_is_scaled_and_comes_in_small_parts() -> None:
     cells = np.zeros((5000, 5000), np.int8)
     cells[1234, 4321], cells[4999], cells[:20, :20] = 100, 50, -1
     frames = costmap_frames(cells, 0.05, Pose2D(0.0, 0.0))
-    assert sum(map(len, frames)) <= MOST_CELLS + 24 * len(frames)
+    assert sum(map(len, frames)) <= MAX_CELLS + 24 * len(frames)
     assert max(map(len, frames)) <= PART + 24
     width, height = struct.unpack_from("<HH", frames[0], 2)
     resolution = struct.unpack_from("<f", frames[0], 8)[0]
@@ -224,7 +224,7 @@ def test_who_resumes_a_session_replaces_its_connection() -> None:
 @pytest.mark.promise("200 goals and 20 bags are kept")
 def test_sessions_have_a_bound_and_those_that_went_first_make_room() -> None:
     clients = Clients()
-    here = [clients.connect("a") for _ in range(MOST_SESSIONS)]
+    here = [clients.connect("a") for _ in range(MAX_SESSIONS)]
     assert clients.connect("a") is None
     assert here[5] is not None
     clients.disconnect(here[5])

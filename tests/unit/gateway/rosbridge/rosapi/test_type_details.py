@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.gateway.rosbridge.rosapi.types import MOST_TYPES, type_details
+from rosproto.gateway.rosbridge.rosapi.types import MAX_TYPES, type_details
 from rosproto.msg import Field, FieldType, MessageSpec, bundled, library_from_full_text
 
 
@@ -48,8 +48,8 @@ def test_a_definition_without_end_gives_a_bounded_answer() -> None:
         return MessageSpec(name, (), (), "")
 
     wide = MessageSpec("m/W", tuple(Field(f"f{i}", FieldType(f"m/T{i}")) for i in range(5000)), (), "")
-    assert len(type_details(wide, many)) <= MOST_TYPES
-    assert len(type_details(find("m/T0"), find)) <= MOST_TYPES
+    assert len(type_details(wide, many)) <= MAX_TYPES
+    assert len(type_details(find("m/T0"), find)) <= MAX_TYPES
     assert (
         type_details(MessageSpec("m/A", (Field("a", FieldType("m/A", True)),), (), ""), find)[0]["type"]
         == "m/A"
