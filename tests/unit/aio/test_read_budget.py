@@ -164,7 +164,7 @@ def test_a_protocol_that_pauses_gets_nothing_until_it_resumes_and_then_not_at_on
 
 
 @pytest.mark.promise("a client that sends control frames alone, for half a second of parsing")
-@pytest.mark.promise("One that sends what is no message, for half a second of parsing")
+@pytest.mark.promise("One that sends data that is not a message, for half a second of parsing")
 def test_who_sends_no_message_for_too_long_is_cut_off(clock: Clock) -> None:
     async def test() -> None:
         ended: list[Any] = []

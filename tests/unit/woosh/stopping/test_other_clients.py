@@ -83,7 +83,7 @@ def test_who_came_too_late_to_be_asked_is_not_said_to_have_been(
     driver, late = report.problems
     assert driver.endswith("on /cmd_vel, it was asked to end and has not")
     assert late.startswith("/late ")
-    assert "which only its end stops" in late
+    assert "which stops only when that program ends" in late
 
 
 def test_a_master_that_is_slow_once_is_asked_again(graph: Graph) -> None:
