@@ -101,7 +101,7 @@ class AdmissionPolicy:
         if isinstance(origins, str):
             raise ValueError(f"origins are a list of texts; for one alone write [{origins!r}]")
         if token is not None and len(token) < MIN_TOKEN:
-            text = "the token is too short ({count} characters); use at least {least} random ones"
+            text = "the token is too short (length {count}); use at least {least} random characters"
             raise ValueError(say(text, count=len(token), least=MIN_TOKEN))
         if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
             raise ValueError(say("the token cannot be sent in a header; use ASCII letters and digits"))

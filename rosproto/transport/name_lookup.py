@@ -51,7 +51,7 @@ def _wrong_ipv4(host: str) -> str | None:
         return None
     large = [part for part in parts if int(part[:9]) > 255]
     if len(parts) > 4:
-        why = say("it has {count} numbers, and an address has 4", count=len(parts))
+        why = say("expected 4 numbers, got {count}", count=len(parts))
     elif large and len(parts) == 4:
         why = say("{number} is more than 255", number=large[0][:20])
     else:

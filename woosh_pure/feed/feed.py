@@ -448,7 +448,7 @@ class Feed(Newest[T]):
         """Return the error of a wait that timed out."""
         subscriber = self._subscriber
         publishers = 0 if subscriber is None else subscriber.connections
-        who = self.unreachable or say("{count} publishers are connected", count=publishers)
+        who = self.unreachable or say("connected publishers: {count}", count=publishers)
         if self.row.on_change:
             silent = "{topic}: nothing came within {seconds} s (it is sent on change only)"
         else:

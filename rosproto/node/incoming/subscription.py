@@ -384,7 +384,7 @@ class Subscription:
             who, state = link.caller_id or link.uri, say(link.state.value)
             parts.append(say(how, node=who, state=state, why=link.last_error))
         if self.unfit:
-            unfit = "{count} messages of another revision did not fit, the last error: {error}"
+            unfit = "messages of another revision that did not fit: {count}, the last error: {error}"
             parts.append(say(unfit, count=self.unfit, error=self.errors[-1]))
         return both(*parts)
 

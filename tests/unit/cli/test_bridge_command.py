@@ -141,7 +141,7 @@ def test_a_token_of_a_file_or_the_environment_is_not_printed(
 
 def test_a_short_token_is_a_sentence(master: Master, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bridge", "--master", master.uri, "--port", "0", "--token", "secret"]) == 2
-    assert "the token is too short (6 characters); use at least 8 random ones" in capsys.readouterr().err
+    assert "the token is too short (length 6); use at least 8 random characters" in capsys.readouterr().err
 
 
 @pytest.mark.slow  # 200 clients

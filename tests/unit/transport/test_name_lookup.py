@@ -76,7 +76,7 @@ def test_links_that_ask_for_the_same_name_share_one_lookup(monkeypatch: pytest.M
     [
         ("169.254.128.300", "300 is more than 255"),
         ("999.1.1.1", "999 is more than 255"),
-        ("10.0.0.7.1", "it has 5 numbers, and an address has 4"),
+        ("10.0.0.7.1", "expected 4 numbers, got 5"),
         ("1.2.3." + "9" * 4000, "is more than 255"),
     ],
 )
