@@ -15,7 +15,7 @@ from woosh_pure.errors import ChassisError, StaleState
 from woosh_pure.geometry import Footprint, Pose2D
 from woosh_pure.interface.table import row
 from woosh_pure.maps.gridmap import GridMap, grid_from_message, grid_message
-from woosh_pure.motion.action_goal import ActionHandle
+from woosh_pure.motion.action_goal import ActionHandle, ActionMotion
 from woosh_pure.motion.steps import MAX_SPEED
 from woosh_pure.values.messages import message_type, polygon, pose_of, pose_with_covariance, stamped_pose
 
@@ -311,8 +311,9 @@ class Peripherals:
         self._run_action("/navigation_mode", goal, f"navigation mode {mode}", timeout)
 
     def _run_action(self, name: str, goal: Any, text: str, timeout: float) -> Any:
-        handle = ActionHandle(self._components, name, text, timeout)
-        handle.send(goal)
+        motion = ActionMotion(self._components, name, text)
+        handle = ActionHandle(motion, timeout)
+        motion.begin(goal)
         handle.wait(timeout)
         return handle.result
 

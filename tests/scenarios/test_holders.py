@@ -104,7 +104,7 @@ def test_what_did_not_end_at_first_is_ended_once_more_before_the_node_goes(sim, 
     handle = chassis.go_to(2.5, 0.0)
     until(lambda: not stands(sim))
     asked = []
-    original = type(handle)._request_cancel
+    original = type(handle._motion).request_cancel
 
     def lost_at_first(self: Any, timeout: float) -> None:
         asked.append(timeout)
@@ -115,8 +115,8 @@ def test_what_did_not_end_at_first_is_ended_once_more_before_the_node_goes(sim, 
     def lost(self: Any) -> None:
         raise ConnectionLost("the network is away")
 
-    monkeypatch.setattr(type(handle), "_request_cancel", lost_at_first)
-    monkeypatch.setattr(type(handle), "_write_cancel", lost)
+    monkeypatch.setattr(type(handle._motion), "request_cancel", lost_at_first)
+    monkeypatch.setattr(type(handle._motion), "write_cancel", lost)
     chassis.close()
     assert len(asked) == 2
     until(lambda: stands(sim))

@@ -566,7 +566,7 @@ def test_a_cancel_that_is_not_answered_is_repeated_by_stop_and_by_close(until):
         until(lambda: not sim.world.body.velocity.is_standing())
         with pytest.MonkeyPatch.context() as patch:
             for way in ("cancel", "cancel_at_once"):  # the message is lost on its way
-                patch.setattr(type(handle._goal), way, lambda _: True)
+                patch.setattr(type(handle._motion._goal), way, lambda _: True)
             patch.setattr(chassis._components.feeds, "wait_standing", lambda timeout: False)
             outcome = handle.cancel(0.2)
         assert outcome.kind is OutcomeKind.CANCELLED

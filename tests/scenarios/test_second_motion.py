@@ -7,7 +7,7 @@ import pytest
 from rosproto.errors import ConnectionLost, RosError
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, Pose2D
 from woosh_pure.enums import TaskState
-from woosh_pure.motion.action_goal import ActionHandle
+from woosh_pure.motion.action_goal import ActionMotion
 
 FIRST = {
     "task": lambda c, **o: c.go_to_mark("B1", **o),
@@ -60,7 +60,7 @@ def test_a_goal_that_replaces_and_is_not_sent_replaces_nothing(sim, real_time, c
         raise ConnectionLost("the network is away")
 
     with monkeypatch.context() as patch:
-        patch.setattr(ActionHandle, "_send_to", lost)
+        patch.setattr(ActionMotion, "_send_to", lost)
         with pytest.raises(ConnectionLost):
             chassis.go_to(1.0, 0.0, replace=True)
     assert handle.cancel().kind is OutcomeKind.CANCELLED
@@ -73,7 +73,7 @@ def test_what_cannot_be_ended_is_not_replaced(sim, real_time, chassis, monkeypat
         raise ConnectionLost("the network is away")
 
     with monkeypatch.context() as patch:
-        patch.setattr(type(handle), "_request_cancel", lost)
+        patch.setattr(type(handle._motion), "request_cancel", lost)
         with pytest.raises(MotionRefused, match="could not be ended"):
             chassis.move(0.5, replace=True)
     assert not handle.done

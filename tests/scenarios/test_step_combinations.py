@@ -15,7 +15,7 @@ from tests.support.doors import held, in_thread
 from tests.support.robot_pool import RobotPool
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind
 from woosh_pure.geometry import Pose2D, Velocity
-from woosh_pure.motion.action_goal import ActionHandle
+from woosh_pure.motion.action_goal import ActionMotion
 from woosh_pure.motion.steps import Step
 from woosh_pure.sim import Settings
 from woosh_pure.sim.body import BodyLimits
@@ -112,7 +112,7 @@ def test_a_pause_that_comes_when_the_move_has_just_ended_says_so(sim, chassis, u
         thread, errors = in_thread(handle.pause)
         assert came.wait(10.0)
         sim.speed = speed
-        until(lambda: handle._goal.done)
+        until(lambda: handle._motion._goal.done)
         go_on.set()
         thread.join(10.0)
     assert isinstance(errors[0], MotionRefused)
@@ -177,7 +177,7 @@ def test_an_end_by_our_own_pause_is_never_told_as_replaced_however_late_a_thread
     """A thread that looked at the goal went on only after the pause had preempted it."""
     handle = chassis.move(1.0)
     until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
-    with held(monkeypatch, ActionHandle, "_check") as (came, go_on):
+    with held(monkeypatch, ActionMotion, "check") as (came, go_on):
         looking, _ = in_thread(lambda: handle.done)
         assert came.wait(10.0)
         monkeypatch.undo()
@@ -193,8 +193,8 @@ def test_feedback_of_a_part_before_the_pause_counts_for_that_part_only(sim, chas
     """It may be called back after the rest was sent, on a busy computer."""
     handle = chassis.move(1.0)
     until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
-    kept, on_feedback = [], handle._on_feedback
-    first = handle._goal
+    kept, on_feedback = [], handle._motion._on_feedback
+    first = handle._motion._goal
     handle.pause()
     handle.resume()
     late = message_type("woosh_msgs/StepControlFeedback")(feedback=1, executeMode=1, percent=60.0)

@@ -1,4 +1,4 @@
-"""Goals of action servers: their handles, and the functions that send navigation and step goals."""
+"""Goals of action servers: motions, handles, and the functions that send navigation and step goals."""
 
 from __future__ import annotations
 
@@ -26,6 +26,7 @@ from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.schema import Row
 from woosh_pure.motion.goal_handle import GoalHandle
+from woosh_pure.motion.motion import Motion
 from woosh_pure.motion.steps import Step, check_steps, locate_step
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.messages import message_type, pose_of, require_finite, stamped_pose
@@ -42,33 +43,27 @@ _NOT_BEGUN = (
 )
 
 
-class ActionHandle(GoalHandle[Any]):
-    """A goal of any action server; progress is the feedback message."""
+class ActionMotion(Motion[Any]):
+    """A goal of any action server; progress is the feedback message.
 
-    def __init__(
-        self,
-        components: Components,
-        name: str,
-        goal_text: str,
-        timeout: float | None,
-        *,
-        drives: bool = False,
-    ) -> None:
-        super().__init__(components, goal_text, timeout, server=name)
-        self._name = name
+    Attributes:
+        result: The result message, None before the end.
+    """
+
+    def __init__(self, components: Components, name: str, goal_text: str, *, drives: bool = False) -> None:
+        super().__init__(components, goal_text, server=name)
         self._drives = drives
         self._goal: SentGoal | None = None
         self._given_up: float | None = None  # when, by the monotonic clock
 
     @property
     def drives(self) -> bool:
-        """True while this goal may move the base."""
         return self._drives
 
-    def send(
+    def begin(
         self, message: DynamicMessage, since: int | None = None, *, check: bool = True, replace: bool = False
     ) -> None:
-        """Send the goal. The handle is registered first, so that `stop` in another thread finds it.
+        """Send the goal. It is registered first, so that `stop` in another thread finds it.
 
         Args:
             message: The goal message.
@@ -80,19 +75,19 @@ class ActionHandle(GoalHandle[Any]):
             FirmwareLimit: The chassis's definition cannot express this; nothing was sent.
             MotionRefused: `stop` was called in the meantime, or another motion of ours is under way.
         """
-        motions = self._components.motions
+        motions = self.components.motions
         since = motions.since if since is None else since
-        client = self._components.clients.action(self._name)
+        client = self.components.clients.action(self.server)
         require_goal(client, message)
-        motion, letting_go = self._motion, self._motion.letting_go()
+        letting_go = self.letting_go()
         let_go = partial(motions.executor.put, letting_go)
         goal_id = self._new_goal_id(client)
         try:
-            motions.add_goal(motion, since, check=check, replace=replace)
-            motion.send(lambda: self._send_to(client, message, goal_id))
+            motions.add_goal(self, since, check=check, replace=replace)
+            self.send(lambda: self._send_to(client, message, goal_id))
         except Exception as error:
-            motion.finish(OutcomeKind.CANCELLED, say("not sent: {error}", error=error))
-            motions.forget_replacing(motion)
+            self.finish(OutcomeKind.CANCELLED, say("not sent: {error}", error=error))
+            motions.forget_replacing(self)
             raise
         except BaseException:  # Ctrl-C: the handle is not returned, so the goal must be ended here
             let_go()  # must be first: see `stop_executor`
@@ -102,23 +97,22 @@ class ActionHandle(GoalHandle[Any]):
     def _new_goal_id(self, client: rosproto.ActionClient) -> str:
         """Make the goal's id and register it at the watchdog before the goal is sent."""
         goal_id = client.new_goal_id()
-        self._components.watchdog_client.goal(self._motion, self._name, goal_id)
+        self.components.watchdog_client.goal(self, self.server, goal_id)
         return goal_id
 
     def _send_to(self, client: rosproto.ActionClient, message: DynamicMessage, goal_id: str) -> None:
-        if self._motion.asked:
+        if self.asked:
             raise MotionRefused(
                 say("{goal}: it was stopped before it was sent; nothing was sent", goal=self.description)
             )
         self._goal = client.send_goal(
             message, feedback=self._on_feedback, transition=self._on_transition, goal_id=goal_id
         )
-        if self._motion.asked:  # meanwhile, by a thread that did not have this goal yet
+        if self.asked:  # meanwhile, by a thread that did not have this goal yet
             self._goal.cancel()
 
     @property
     def result(self) -> Any:
-        """The result message, None before the end."""
         return None if self._goal is None else self._goal.result
 
     def _on_feedback(self, goal: SentGoal, feedback: DynamicMessage) -> None:
@@ -128,21 +122,21 @@ class ActionHandle(GoalHandle[Any]):
         return feedback
 
     def _on_transition(self, *arguments: object) -> None:
-        self._check()
+        self.check()
 
-    def _request_cancel(self, timeout: float) -> None:
-        self._motion.await_sent(timeout)
+    def request_cancel(self, timeout: float) -> None:
+        self.await_sent(timeout)
         if self._goal is not None:
             self._goal.cancel()
-        elif not self._motion.being_sent:
-            self._motion.finish(OutcomeKind.CANCELLED, "it was never sent")
+        elif not self.being_sent:
+            self.finish(OutcomeKind.CANCELLED, "it was never sent")
 
-    def _write_cancel(self) -> None:
+    def write_cancel(self) -> None:
         goal = self._goal
         if goal is not None:  # otherwise the sending thread checks `asked`
             goal.cancel_at_once()
 
-    def _cancel_confirmed(self, timeout: float) -> bool:
+    def cancel_confirmed(self, timeout: float) -> bool:
         # A cancel is a message: it may be sent and not arrive.
         deadline = Deadline(timeout)
         while not self._has_ended():
@@ -151,39 +145,40 @@ class ActionHandle(GoalHandle[Any]):
             time.sleep(0.02)
         return True
 
-    def _final_message(self) -> FinalMessage | None:
+    @property
+    def final_message(self) -> FinalMessage | None:
         goal = self._goal
         if goal is None:
             return None
-        return FinalMessage(f"{self._name}/cancel", message_type("actionlib_msgs/GoalID")(id=goal.goal_id))
+        return FinalMessage(f"{self.server}/cancel", message_type("actionlib_msgs/GoalID")(id=goal.goal_id))
 
     def _has_ended(self) -> bool:
         """Whether the server has reported the end, or the goal was never sent."""
         return self._goal is None or (self._goal.done and self._cannot_arrive())
 
-    def _repeat_cancel(self) -> None:
-        if self._motion.may_go_on and self._has_ended():
-            self._motion.see_end()
+    def repeat_cancel(self) -> None:
+        if self.may_go_on and self._has_ended():
+            self.see_end()
         else:
-            self._write_cancel()
+            self.write_cancel()
 
     def _cannot_arrive(self) -> bool:
         """Whether an abandoned goal can no longer reach the chassis; known once that is heard again."""
-        beat = self._components.feeds.get("velocity").known
+        beat = self.components.feeds.get("velocity").known
         return self._given_up is None or (beat is not None and beat.received > self._given_up)
 
-    def _check(self) -> None:
+    def check(self) -> None:
         goal = self._goal
         if goal is None:
             return
-        if self._motion.over.is_set:
-            if self._motion.may_go_on and self._has_ended():
-                self._motion.see_end()
+        if self.over.is_set:
+            if self.may_go_on and self._has_ended():
+                self.see_end()
         elif goal.done:
             if not self._is_held(goal):
                 self._settle(int(goal.status), goal.text or "", goal.result)
         elif (error := goal.connection_error) is not None:
-            self._motion.finish(OutcomeKind.CONNECTION_LOST, str(error))
+            self.finish(OutcomeKind.CONNECTION_LOST, str(error))
             # A goal that never arrived must not begin when the network is back.
             if goal.give_up():
                 self._given_up = time.monotonic()
@@ -196,26 +191,37 @@ class ActionHandle(GoalHandle[Any]):
         if status == _SUCCEEDED:
             self._succeeded(text, result)
         elif status in (_PREEMPTED, _RECALLED):
-            kind = OutcomeKind.CANCELLED if self._motion.asked else OutcomeKind.REPLACED
+            kind = OutcomeKind.CANCELLED if self.asked else OutcomeKind.REPLACED
             if status == _RECALLED and kind is OutcomeKind.REPLACED:
                 text = both(text, say(_NOT_BEGUN)) if text else say(_NOT_BEGUN)
-            self._motion.finish(kind, text, status)
+            self.finish(kind, text, status)
         elif status == _REJECTED:
-            self._motion.finish(OutcomeKind.REJECTED, self._reason(text), status)
+            self.finish(OutcomeKind.REJECTED, self._reason(text), status)
         elif status == _ABORTED:
-            self._motion.finish(OutcomeKind.FAILED, self._reason(text), status)
+            self.finish(OutcomeKind.FAILED, self._reason(text), status)
         else:
-            self._motion.finish(
+            self.finish(
                 OutcomeKind.CONNECTION_LOST, text or "the action server no longer knows the goal", status
             )
 
     def _succeeded(self, text: str, result: DynamicMessage) -> None:
-        self._motion.finish(OutcomeKind.ARRIVED, text)
+        self.finish(OutcomeKind.ARRIVED, text)
 
     def _reason(self, text: str) -> str:
-        parts = [text, *(str(fault) for fault in self._components.readiness_state.active_faults())]
+        parts = [text, *(str(fault) for fault in self.components.readiness_state.active_faults())]
         known = [part for part in parts if part]
         return both(*known) if known else ""
+
+
+class ActionHandle(GoalHandle[Any]):
+    """A goal of any action server; progress is the feedback message."""
+
+    _motion: ActionMotion
+
+    @property
+    def result(self) -> Any:
+        """The result message, None before the end."""
+        return self._motion.result
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,14 +237,18 @@ class NavigationProgress:
     state: int
 
 
-class NavigationHandle(ActionHandle):
-    """A goal of /move_base under way."""
+class NavigationMotion(ActionMotion):
+    """A goal of /move_base."""
 
     def _progress_of(self, feedback: DynamicMessage) -> NavigationProgress:
         stamped = feedback.base_position
         return NavigationProgress(
             pose_of(stamped.pose, stamped.header.frame_id or "map"), int(feedback.nav_state)
         )
+
+
+class NavigationHandle(ActionHandle):
+    """A goal of /move_base under way."""
 
     def _describe(self, progress: NavigationProgress) -> str:
         return say("at {where}", where=progress.pose)
@@ -262,10 +272,11 @@ def start_navigation(
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
-    handle = NavigationHandle(
-        components, "/move_base", say("navigation to {where}", where=path[-1]), timeout, drives=True
+    motion = NavigationMotion(
+        components, "/move_base", say("navigation to {where}", where=path[-1]), drives=True
     )
-    handle.send(goal, since, check=check, replace=replace)
+    handle = NavigationHandle(motion, timeout)
+    motion.begin(goal, since, check=check, replace=replace)
     return handle
 
 
@@ -287,8 +298,9 @@ def start_action(
         check_steps(Step(StepMode(s.executeMode), s.data, s.speed, getattr(s, "angle", 0.0)) for s in steps)
     if row.moves_base:
         components.readiness_state.require_ready(described, check)
-    handle = ActionHandle(components, row.name, described, timeout, drives=row.moves_base)
-    handle.send(goal, since, check=check, replace=replace)
+    motion = ActionMotion(components, row.name, described, drives=row.moves_base)
+    handle = ActionHandle(motion, timeout)
+    motion.begin(goal, since, check=check, replace=replace)
     return handle
 
 
@@ -338,13 +350,17 @@ class _Part:
         return _Part(steps, self.first + index, self.overall())
 
 
-class StepHandle(ActionHandle):
-    """A goal of /cmd_vel_control under way."""
+class StepMotion(ActionMotion):
+    """A goal of /cmd_vel_control, or several: after a pause, what remains is sent as another one.
 
-    def __init__(self, components: Components, steps: tuple[Step, ...], avoid: bool, timeout: float) -> None:
-        super().__init__(components, "/cmd_vel_control", _in_a_row(steps), timeout)
+    Attributes:
+        count: Number of steps of the whole move.
+    """
+
+    def __init__(self, components: Components, steps: tuple[Step, ...], avoid: bool) -> None:
+        super().__init__(components, "/cmd_vel_control", _in_a_row(steps))
         self._part = _Part(steps)
-        self._count = len(steps)
+        self.count = len(steps)
         self._avoid = avoid
         # The goal that a pause of ours ends on the server. It is noted before the pause is sent, so whoever
         # sees that end sees this as well.
@@ -358,23 +374,13 @@ class StepHandle(ActionHandle):
 
     @property
     def drives(self) -> bool:
-        """True while this goal may move the base."""
         return not self._paused
 
     @property
     def percent(self) -> float:
         """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
-        told = self._motion.told
+        told = self.told
         return 100.0 if told is not None and told.arrived else self._part.overall()
-
-    def _describe(self, progress: StepProgress) -> str:
-        return say(
-            "step {index} of {count}, {mode}: {percent:.0f} %",
-            index=progress.index + 1,
-            count=self._count,
-            mode=progress.mode,
-            percent=progress.percent,
-        )
 
     def _new_goal_id(self, client: rosproto.ActionClient) -> str:
         self._part.goal_id = super()._new_goal_id(client)
@@ -393,11 +399,7 @@ class StepHandle(ActionHandle):
         return self._part.remaining().steps
 
     def pause(self) -> None:
-        """Hold the move; `resume` sends what remains.
-
-        Raises:
-            MotionRefused: It has ended, perhaps while the pause was sent; or the chassis did not confirm.
-        """
+        """See `StepHandle.pause`."""
         with self._in_turn():
             self._pause()
 
@@ -407,7 +409,7 @@ class StepHandle(ActionHandle):
             raise MotionRefused(ended)
         goal = self._held = self._goal
         try:
-            pause = self._components.clients.action(self._name).send_goal(
+            pause = self.components.clients.action(self.server).send_goal(
                 step_goal(StepControlMode.PAUSE, (), self._avoid)
             )
             result = pause.wait(5.0)
@@ -436,19 +438,19 @@ class StepHandle(ActionHandle):
             part.place = (index, float(result.percent))
 
     def resume(self) -> None:
-        """Go on after `pause` by sending the remaining steps again, as the interface prescribes."""
+        """See `StepHandle.resume`."""
         with self._in_turn():
             self._resume()
 
     def _resume(self) -> None:
         if not self._paused:
             raise MotionRefused(say("{goal}: it is not paused", goal=self.description))
-        self._components.motions.require_alone(self._motion)
+        self.components.motions.require_alone(self)
         part = self._part = self._part.remaining()
         goal = step_goal(StepControlMode.RESUME, part.steps, self._avoid)
-        client = self._components.clients.action(self._name)
+        client = self.components.clients.action(self.server)
         goal_id = self._new_goal_id(client)
-        self._motion.send(lambda: self._send_to(client, goal, goal_id))
+        self.send(lambda: self._send_to(client, goal, goal_id))
 
     @contextmanager
     def _in_turn(self) -> Iterator[None]:
@@ -469,31 +471,63 @@ class StepHandle(ActionHandle):
     def _is_held(self, goal: SentGoal) -> bool:
         return goal is self._held
 
-    def _check(self) -> None:
-        if not (self._paused and self._motion.over.is_set):
-            super()._check()
+    def check(self) -> None:
+        if not (self._paused and self.over.is_set):
+            super().check()
         # A paused move does not end, unless the chassis has fallen silent: then it cannot be resumed.
-        if (
-            self._paused
-            and not self._motion.over.is_set
-            and (lost := self._components.feeds.lost("velocity"))
-        ):
-            self._motion.finish(OutcomeKind.CONNECTION_LOST, lost)
+        if self._paused and not self.over.is_set and (lost := self.components.feeds.lost("velocity")):
+            self.finish(OutcomeKind.CONNECTION_LOST, lost)
 
-    def _request_cancel(self, timeout: float) -> None:
+    def request_cancel(self, timeout: float) -> None:
         paused, self._held = self._paused, None
-        super()._request_cancel(timeout)
+        super().request_cancel(timeout)
         if paused:
-            self._motion.finish(OutcomeKind.CANCELLED, "cancelled while paused")
+            self.finish(OutcomeKind.CANCELLED, "cancelled while paused")
 
     def _succeeded(self, text: str, result: DynamicMessage) -> None:
         # Result 1 is success; negative is failure, also when actionlib calls the goal succeeded.
         code = int(result.result)
         if code == 1:
-            self._motion.finish(OutcomeKind.ARRIVED, text, code)
+            self.finish(OutcomeKind.ARRIVED, text, code)
         else:
             failed = say("the chassis reports a failed step (result {result})", result=code)
-            self._motion.finish(OutcomeKind.FAILED, self._reason(text or failed), code)
+            self.finish(OutcomeKind.FAILED, self._reason(text or failed), code)
+
+
+class StepHandle(ActionHandle):
+    """A goal of /cmd_vel_control under way."""
+
+    _motion: StepMotion
+
+    @property
+    def percent(self) -> float:
+        """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
+        return self._motion.percent
+
+    def _describe(self, progress: StepProgress) -> str:
+        return say(
+            "step {index} of {count}, {mode}: {percent:.0f} %",
+            index=progress.index + 1,
+            count=self._motion.count,
+            mode=progress.mode,
+            percent=progress.percent,
+        )
+
+    def remaining(self) -> tuple[Step, ...]:
+        """The remaining steps, by the last report."""
+        return self._motion.remaining()
+
+    def pause(self) -> None:
+        """Hold the move; `resume` sends what remains.
+
+        Raises:
+            MotionRefused: It has ended, perhaps while the pause was sent; or the chassis did not confirm.
+        """
+        self._motion.pause()
+
+    def resume(self) -> None:
+        """Go on after `pause` by sending the remaining steps again, as the interface prescribes."""
+        self._motion.resume()
 
 
 def _in_a_row(steps: Sequence[Step]) -> str:
@@ -526,6 +560,7 @@ def start_steps(
     checked = check_steps(steps)
     components.readiness_state.require_ready("step move", check)
     expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
-    handle = StepHandle(components, checked, avoid, expected if timeout is None else timeout)
-    handle.send(step_goal(StepControlMode.EXECUTE, checked, avoid), since, check=check, replace=replace)
+    motion = StepMotion(components, checked, avoid)
+    handle = StepHandle(motion, expected if timeout is None else timeout)
+    motion.begin(step_goal(StepControlMode.EXECUTE, checked, avoid), since, check=check, replace=replace)
     return handle

@@ -1,12 +1,11 @@
 """`GoalHandle`, which users hold: the base of the handles of tasks and action goals.
 
-It has the public methods (wait, cancel, progress, outcome); the state of the goal is in its `motion.Motion`.
+It has the public methods (wait, cancel, progress, outcome); all else is in its `motion.Motion`.
 A wait that times out cancels the goal and checks that the robot stands still.
 """
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Generator, Iterator
 from functools import partial
 from typing import Any, Generic, TypeVar
@@ -14,11 +13,9 @@ from typing import Any, Generic, TypeVar
 from rosproto.errors import LocalProtocolError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
-from woosh_pure.components import Components
 from woosh_pure.connection.arguments import require_limit, require_timeout
-from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.errors import GoalFailed
-from woosh_pure.motion.motion import Motion, MotionKind
+from woosh_pure.motion.motion import Motion
 from woosh_pure.outcome import Outcome
 
 P = TypeVar("P")
@@ -47,49 +44,25 @@ class GoalHandle(Generic[P]):
         default_timeout: Default time limit of `wait()`, s; None waits for ever.
     """
 
-    def __init__(
-        self,
-        components: Components,
-        description: str,
-        default_timeout: float | None,
-        *,
-        task_id: int = 0,
-        server: str = "",
-    ) -> None:
-        self._components = components
-        self.description = description
+    def __init__(self, motion: Motion[P], default_timeout: float | None) -> None:
+        self._motion = motion
+        self.description = motion.description
         self.default_timeout = require_timeout(default_timeout)
-        kind = MotionKind(
-            drives=lambda: self.drives,
-            write_cancel=lambda: self._write_cancel(),
-            repeat_cancel=lambda: self._repeat_cancel(),
-            request_cancel=lambda timeout: self._request_cancel(timeout),
-            cancel_confirmed=lambda timeout: self._cancel_confirmed(timeout),
-            check=lambda: self._check(),
-            in_own_callback=lambda: self._in_own_callback(),
-            final_message=lambda: self._final_message(),
-            task_id=task_id,
-            server=server,
-        )
-        self._motion = Motion(components, description, kind)
-        self._newest: P | None = None
-        self._callbacks: list[Callable[[P], object]] = []
-        self._calling: set[int] = set()
 
     @property
     def task_id(self) -> int:
         """The id of a task; 0 for a goal of another kind."""
-        return self._motion.kind.task_id
+        return self._motion.task_id
 
     @property
     def server(self) -> str:
         """The action server that has the goal, where a later one replaces it; "" for a task."""
-        return self._motion.kind.server
+        return self._motion.server
 
     @property
     def drives(self) -> bool:
         """True while this goal may move the base."""
-        return False
+        return self._motion.drives
 
     @property
     def holds_the_base(self) -> bool:
@@ -100,49 +73,6 @@ class GoalHandle(Generic[P]):
         outcome = self._motion.told  # not `if outcome`: an outcome other than arrival is falsy
         state = "running" if outcome is None else outcome.kind.value
         return f"<{type(self).__name__} {self.description}: {state}>"
-
-    # -- for subclasses: what they mean is in `MotionKind` ---------------------------------------------------
-
-    def _write_cancel(self) -> None:
-        raise NotImplementedError
-
-    def _repeat_cancel(self) -> None:
-        self._write_cancel()
-
-    def _request_cancel(self, timeout: float) -> None:
-        raise NotImplementedError
-
-    def _cancel_confirmed(self, timeout: float) -> bool:
-        return True
-
-    def _check(self) -> None:
-        """See `MotionKind.check`."""
-
-    def _final_message(self) -> FinalMessage | None:
-        return None
-
-    def _advance(self, progress: P) -> None:
-        self._newest = progress
-        callbacks = list(self._callbacks)
-        me = threading.get_ident()
-        self._calling.add(me)
-        try:
-            for callback in callbacks:
-                self._call(callback, progress)
-        finally:
-            self._calling.discard(me)
-
-    def _call(self, callback: Callable[[P], object], progress: P) -> None:
-        try:
-            callback(progress)
-        except Exception:
-            logger.exception("%s: a progress callback failed", self.description)
-
-    def _in_own_callback(self) -> bool:
-        """Whether this thread is in a callback that must return before the next message is received."""
-        return threading.get_ident() in self._calling
-
-    # -- for users -------------------------------------------------------------------------------------------
 
     @property
     def outcome(self) -> Outcome | None:
@@ -157,7 +87,7 @@ class GoalHandle(Generic[P]):
     @property
     def latest_progress(self) -> P | None:
         """The newest progress, None before the first."""
-        return self._newest
+        return self._motion.newest
 
     def progress_line(self) -> str:
         """The newest progress in words, "" before the first."""
@@ -169,7 +99,7 @@ class GoalHandle(Generic[P]):
 
     def on_progress(self, callback: Callable[[P], object]) -> None:
         """Call `callback(progress)` for each report, in a thread of the library."""
-        self._callbacks.append(callback)
+        self._motion.on_progress(callback)
 
     def progress(self) -> Iterator[P]:
         """Reports as they come; a slow loop skips to the newest. Ends with the goal."""
@@ -212,14 +142,15 @@ class GoalHandle(Generic[P]):
         try:
             given = self.default_timeout if isinstance(timeout, DefaultTimeout) else timeout
             seconds = require_timeout(given)
-            if not self.done and self._in_own_callback():
+            if not self.done and self._motion.in_own_callback:
                 raise LocalProtocolError(
                     say(
                         "{goal}: waiting for it in its own callback would never end; wait in another thread",
                         goal=self.description,
                     )
                 )
-            executor, letting_go = self._components.motions.executor, self._motion.letting_go(waited_for=True)
+            executor = self._motion.components.motions.executor
+            letting_go = self._motion.letting_go(waited_for=True)
             let_go = partial(executor.put, letting_go)
             try:
                 if not self._motion.wait(seconds, meanwhile):
@@ -233,7 +164,7 @@ class GoalHandle(Generic[P]):
                 raise GoalFailed(outcome)
             return outcome
         except RecursionError:
-            self._motion.marked = not self._components.motions.leave  # without a call, as in `cancel`
+            self._motion.marked = not self._motion.components.motions.leave  # without a call, as in `cancel`
             raise
 
     def __await__(self) -> Generator[Any, None, Outcome]:
@@ -264,4 +195,4 @@ class GoalHandle(Generic[P]):
         except RecursionError:
             seconds = timeout
         self._motion.marked = True  # without a call: no stack may be left, see `immediate_stop`
-        return self._components.motions.end(self._motion, seconds)
+        return self._motion.components.motions.end(self._motion, seconds)

@@ -1,9 +1,9 @@
 """`Motion`: one task or action goal inside this client, from before it is sent until its end is seen.
 
 It has the state (by the table of `motion_states`) and the outcome, sends the goal without being interrupted
-by Ctrl-C, and asks for its end. Stopping works with it (`woosh_pure.stopping.active_motions`). What differs
-between tasks and action goals is passed as functions, a `MotionKind`. Users hold a `goal_handle.GoalHandle`
-instead.
+by Ctrl-C, and asks for its end. Stopping works with it (`woosh_pure.stopping.active_motions`). Tasks and
+action goals are subclasses (`task.TaskMotion`, `action_goal.ActionMotion`). Users hold a
+`goal_handle.GoalHandle` instead.
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ import math
 import queue
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TypeVar
+from dataclasses import replace
+from typing import Generic, TypeVar
 
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
@@ -26,6 +27,7 @@ from woosh_pure.motion.motion_states import Event, State, state_after
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.stop_executor import SLICE, Flag, Job
 
+P = TypeVar("P")
 R = TypeVar("R")
 logger = get_logger("woosh_pure.goal")
 _AGAIN = 1.0  # seconds between two cancels
@@ -35,47 +37,18 @@ _BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
 _REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
 
 
-@dataclass(frozen=True)
-class MotionKind:
-    """The functions in which tasks and action goals differ.
-
-    Attributes:
-        drives: Whether it may move the base now.
-        write_cancel: Write the cancel on an open connection; does not wait or log. Raises RosError.
-        repeat_cancel: Write it again, or let another thread do so; must not wait.
-        request_cancel: Ask the chassis to end it, within the given seconds. Raises RosError.
-        cancel_confirmed: Return whether the chassis confirmed a cancel within the given seconds without
-            reporting the end, as by a service's reply.
-        check: Look for an end that no event reports, such as a lost link.
-        in_own_callback: Return whether this thread is in a callback that must return before the next message
-            is received.
-        final_message: Return the message that cancels it from another node; None if there is none.
-        task_id: The id of a task; 0 for an action goal.
-        server: The action server that has the goal, where a second goal replaces it; "" for a task.
-    """
-
-    drives: Callable[[], bool]
-    write_cancel: Callable[[], None]
-    repeat_cancel: Callable[[], None]
-    request_cancel: Callable[[float], None]
-    cancel_confirmed: Callable[[float], bool]
-    check: Callable[[], None]
-    in_own_callback: Callable[[], bool]
-    final_message: Callable[[], FinalMessage | None]
-    task_id: int = 0
-    server: str = ""
-
-
-class Motion:
+class Motion(ABC, Generic[P]):
     """One task or action goal. Safe from any thread and over any interrupted frame: it has no lock.
 
     Args:
         components: The parts of the chassis.
         description: The goal in words.
-        kind: The functions of its kind.
+        task_id: The id of a task; 0 for an action goal.
+        server: The action server that has the goal, where a second goal replaces it; "" for a task.
 
     Attributes:
-        description, kind: As given.
+        components, description, task_id, server: As given.
+        newest: The newest progress, None before the first.
         over: Set with the outcome.
         told: The outcome, None before it is reported; `outcome` looks for an end first.
         why: The reason why this client asked for its end; "" while it has not.
@@ -85,16 +58,21 @@ class Motion:
             none, or a stop has reported it since.
     """
 
-    def __init__(self, components: Components, description: str, kind: MotionKind) -> None:
-        self._components = components
+    def __init__(
+        self, components: Components, description: str, *, task_id: int = 0, server: str = ""
+    ) -> None:
+        self.components = components
         self.description = description
-        self.kind = kind
+        self.task_id, self.server = task_id, server
+        self.newest: P | None = None
         self.over = Flag()
         self.told: Outcome | None = None
         self.why = ""
         self.replaced_by = ""
         self.marked = False
         self.let_go: float | None = None
+        self._callbacks: list[Callable[[P], object]] = []
+        self._calling: set[int] = set()
         self._events: list[Event] = []
         # Holds one item; taking it permits reporting the outcome.
         self._untold: queue.SimpleQueue[None] = queue.SimpleQueue()
@@ -103,6 +81,76 @@ class Motion:
         self._began = time.monotonic()
         self._written = -math.inf  # when its cancel was written last
         self._sending: threading.Thread | None = None
+
+    # -- what tasks and action goals do differently ----------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def drives(self) -> bool:
+        """Whether it may move the base now."""
+
+    @abstractmethod
+    def write_cancel(self) -> None:
+        """Write the cancel on an open connection; does not wait or log.
+
+        Raises:
+            RosError: It could not be written.
+        """
+
+    def repeat_cancel(self) -> None:
+        """Write it again, or let another thread do so; must not wait."""
+        self.write_cancel()
+
+    @abstractmethod
+    def request_cancel(self, timeout: float) -> None:
+        """Ask the chassis to end it, within the given seconds.
+
+        Raises:
+            RosError: It could not be asked.
+        """
+
+    def cancel_confirmed(self, timeout: float) -> bool:
+        """Whether the chassis confirmed a cancel within the given seconds without reporting the end, as by a
+        service's reply.
+        """
+        return True
+
+    @abstractmethod
+    def check(self) -> None:
+        """Look for an end that no event reports, such as a lost link."""
+
+    @property
+    def final_message(self) -> FinalMessage | None:
+        """The message that cancels it from another node; None if there is none."""
+        return None
+
+    # -- progress --------------------------------------------------------------------------------------------
+
+    def on_progress(self, callback: Callable[[P], object]) -> None:
+        """Call `callback(progress)` for each report."""
+        self._callbacks.append(callback)
+
+    def _advance(self, progress: P) -> None:
+        self.newest = progress
+        callbacks = list(self._callbacks)
+        me = threading.get_ident()
+        self._calling.add(me)
+        try:
+            for callback in callbacks:
+                self._call(callback, progress)
+        finally:
+            self._calling.discard(me)
+
+    def _call(self, callback: Callable[[P], object], progress: P) -> None:
+        try:
+            callback(progress)
+        except Exception:
+            logger.exception("%s: a progress callback failed", self.description)
+
+    @property
+    def in_own_callback(self) -> bool:
+        """Whether this thread is in a callback that must return before the next message is received."""
+        return threading.get_ident() in self._calling
 
     def __str__(self) -> str:
         return self.description
@@ -135,13 +183,13 @@ class Motion:
     @property
     def holds_the_base(self) -> bool:
         """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
-        return self.kind.drives() and not self.asked
+        return self.drives and not self.asked
 
     @property
     def outcome(self) -> Outcome | None:
         """The outcome, None while it runs."""
         if self.told is None:
-            self.kind.check()
+            self.check()
         return self.told
 
     @property
@@ -170,7 +218,7 @@ class Motion:
     def end_now(self, why: str) -> None:
         """Ask for its end and write the cancel, if there is a connection. Does not wait."""
         self.ask_end(why)
-        self.kind.write_cancel()
+        self.write_cancel()
 
     def end_again(self) -> None:
         """Write the cancel once more, unless it was written recently."""
@@ -178,12 +226,7 @@ class Motion:
             self.end_now("cancel() was called")
         elif time.monotonic() - self._written >= _AGAIN:
             self._written = time.monotonic()
-            self.kind.repeat_cancel()
-
-    @property
-    def final_message(self) -> FinalMessage | None:
-        """The message that cancels it from another node; None if there is none."""
-        return self.kind.final_message()
+            self.repeat_cancel()
 
     # -- sending ---------------------------------------------------------------------------------------------
 
@@ -243,17 +286,15 @@ class Motion:
         self.told = outcome = Outcome(kind, self.description, text, code, stopped, self.seconds, ours)
         self.over.set()
         if not may_go_on:
-            self._components.watchdog_client.over(self)
-        self._components.readiness_state.note_outcome(
-            outcome, drives=self.kind.drives(), told=bool(self.kind.task_id)
-        )
+            self.components.watchdog_client.over(self)
+        self.components.readiness_state.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
 
     def see_end(self) -> None:
         """Mark that the robot has ended it, after the outcome was reported without that."""
         if not self.may_go_on:
             return
         self._note(Event.END)
-        self._components.watchdog_client.over(self)
+        self.components.watchdog_client.over(self)
         if self.told is not None and self.told.text == NOT_CONFIRMED:
             self.told = replace(self.told, text="")
 
@@ -274,11 +315,11 @@ class Motion:
         sent = True
         try:
             self.ask_end("its timeout expired")
-            self.kind.request_cancel(3.0)
+            self.request_cancel(3.0)
         except RosError as error:
             text, sent = both(text, say("cancelling failed: {error}", error=error)), False
-        standing = self._components.feeds.wait_standing(5.0)
-        confirmed = sent and (self.gone or self.kind.cancel_confirmed(0.0))
+        standing = self.components.feeds.wait_standing(5.0)
+        confirmed = sent and (self.gone or self.cancel_confirmed(0.0))
         if sent and not confirmed:
             text = both(text, NOT_CONFIRMED)
         self.finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
@@ -291,7 +332,7 @@ class Motion:
         assert outcome is not None, "a goal that is waited for has ended"
         unknown = not outcome.arrived and outcome.stopped is None
         if unknown and outcome.kind is not OutcomeKind.CONNECTION_LOST:
-            self.told = outcome = replace(outcome, stopped=self._components.feeds.wait_standing(2.0))
+            self.told = outcome = replace(outcome, stopped=self.components.feeds.wait_standing(2.0))
         return outcome
 
     def end(self, timeout: float, why: str) -> Outcome:
@@ -302,8 +343,8 @@ class Motion:
         """
         if not self.done:
             self.ask_end(why)
-            self.kind.request_cancel(timeout)
-            if self.kind.in_own_callback():
+            self.request_cancel(timeout)
+            if self.in_own_callback:
                 return Outcome(
                     OutcomeKind.CANCELLED,
                     self.description,
@@ -311,8 +352,8 @@ class Motion:
                     seconds=self.seconds,
                 )
             if not self.wait(timeout):
-                standing = self._components.feeds.wait_standing(2.0)
-                sure = self.kind.cancel_confirmed(0.0)
+                standing = self.components.feeds.wait_standing(2.0)
+                sure = self.cancel_confirmed(0.0)
                 self.finish(OutcomeKind.CANCELLED, NOT_CONFIRMED, None, standing, may_go_on=not sure)
         elif self.may_go_on:
             self._end_late(timeout, why)
@@ -321,15 +362,15 @@ class Motion:
 
     def _end_late(self, timeout: float, why: str) -> None:
         self.ask_end(why)
-        self.kind.request_cancel(timeout)
-        if not self.kind.cancel_confirmed(timeout):
+        self.request_cancel(timeout)
+        if not self.cancel_confirmed(timeout):
             raise ConnectionLost(
                 say("{goal}: cancelled, but the chassis cannot be heard; it may go on", goal=self)
             )
         told = self.told is not None and self.told.text == NOT_CONFIRMED
         self.see_end()
         if told and self.told is not None:
-            self.told = replace(self.told, stopped=self._components.feeds.wait_standing(2.0))
+            self.told = replace(self.told, stopped=self.components.feeds.wait_standing(2.0))
 
     def letting_go(self, *, waited_for: bool = False) -> Job[None]:
         """Make the executor's job that cancels a goal whose wait was interrupted or handle was lost.
@@ -340,7 +381,7 @@ class Motion:
         return Job(lambda: self._let_go(waited_for), _LET_GO_SECONDS)
 
     def _let_go(self, waited_for: bool) -> None:
-        if self.gone or (waited_for and self._components.motions.leave):
+        if self.gone or (waited_for and self.components.motions.leave):
             return
         self.let_go = time.monotonic()
         try:
@@ -351,4 +392,4 @@ class Motion:
     def abandon(self) -> None:
         """Cancel the goal of a cancelled asyncio task, without waiting for its end."""
         self.ask_end("its wait was interrupted")
-        self._components.motions.executor.put(self.letting_go())
+        self.components.motions.executor.put(self.letting_go())

@@ -1,10 +1,11 @@
-"""Tasks: sent by /exec_task, observed on /robot_status. `TaskHandle`, `TaskOrder` and `start_task`."""
+"""Tasks: sent by /exec_task, observed on /robot_status. `TaskMotion`, `TaskHandle`, `TaskOrder` and
+`start_task`."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypedDict
@@ -20,6 +21,7 @@ from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, Task
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.goal_handle import GoalHandle
+from woosh_pure.motion.motion import Motion
 from woosh_pure.motion.task_tracker import TaskTracker, new_task_id
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.stopping.stop_executor import Job
@@ -37,16 +39,12 @@ _ASKED = {
 }
 
 
-class TaskHandle(GoalHandle[RobotStatus]):
-    """A task under way; its progress is every status that names it.
+class TaskMotion(Motion[RobotStatus]):
+    """A task, sent by /exec_task with a random id and observed on /robot_status."""
 
-    Attributes:
-        task_id: The random id it was given.
-    """
-
-    def __init__(self, components: Components, order: TaskOrder, timeout: float | None) -> None:
+    def __init__(self, components: Components, order: TaskOrder) -> None:
         tracker = TaskTracker(new_task_id())
-        super().__init__(components, order.sentence(), timeout, task_id=tracker.task_id)
+        super().__init__(components, order.sentence(), task_id=tracker.task_id)
         self._order = order
         self._tracker = tracker
         # The sending thread and the receiving thread update the tracker. No verb holds this lock.
@@ -54,20 +52,19 @@ class TaskHandle(GoalHandle[RobotStatus]):
         self._prepared: PreparedCall | None = None
         self._asked_for = False  # whether the chassis may know of it
         self._repeating: Job[None] | None = None
-        self._sources = components.feeds.get("status").sources
-        self._off = components.feeds.get("status").on(self._on_status)
+        self._sources: frozenset[str] = frozenset()
+        self._off: Callable[[], None] = lambda: None
 
     @property
-    def state(self) -> TaskState:
+    def task_state(self) -> TaskState:
         """Its last known state."""
         return self._tracker.state
 
     @property
     def drives(self) -> bool:
-        """True while this goal may move the base."""
-        return self.state not in (TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
+        return self.task_state not in (TaskState.PAUSED, TaskState.WAITING_FOR_ACTION)
 
-    def send(self, since: int, *, check: bool, replace: bool) -> None:
+    def begin(self, since: int, *, check: bool, replace: bool) -> None:
         """Send it. It is registered first, so that `stop` in another thread finds it.
 
         Args:
@@ -79,15 +76,16 @@ class TaskHandle(GoalHandle[RobotStatus]):
             MotionRefused: `stop` was called meanwhile, another motion is under way, or the chassis refused.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
-        motions, motion = self._components.motions, self._motion
-        letting_go = motion.letting_go()
+        status, motions = self.components.feeds.get("status"), self.components.motions
+        self._sources, self._off = status.sources, status.on(self._on_status)
+        letting_go = self.letting_go()
         let_go = partial(motions.executor.put, letting_go)
         try:
             # The cancel is prepared, on a connection of its own, before the task is sent.
-            self._prepared = self._components.clients.prepared_exec_task(TaskCommand.CANCEL, self.task_id)
-            self._components.watchdog_client.task(motion, self.task_id)
-            motions.add_goal(motion, since, check=check, replace=replace)
-            reply = motion.send(self._execute)
+            self._prepared = self.components.clients.prepared_exec_task(TaskCommand.CANCEL, self.task_id)
+            self.components.watchdog_client.task(self, self.task_id)
+            motions.add_goal(self, since, check=check, replace=replace)
+            reply = self.send(self._execute)
         except Exception as error:
             self._note_not_sent(error)
             raise
@@ -99,8 +97,8 @@ class TaskHandle(GoalHandle[RobotStatus]):
             self._refuse(reply)
 
     def _execute(self) -> DynamicMessage:
-        motion, ask = self._motion, self._components.clients.exec_task
-        if motion.asked:
+        ask = self.components.clients.exec_task
+        if self.asked:
             raise MotionRefused(
                 say("{goal}: it was stopped before it was sent; nothing was sent", goal=self.description)
             )
@@ -109,24 +107,24 @@ class TaskHandle(GoalHandle[RobotStatus]):
         with self._telling:
             self._tracker.reply(reply.success, reply.message, int(reply.statusCode))
         self._settle()
-        if motion.asked:  # the cancel did not wait long enough for this reply: repeat it
+        if self.asked:  # the cancel did not wait long enough for this reply: repeat it
             ask(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
         return reply
 
     def _note_not_sent(self, error: Exception) -> None:
         if self._asked_for and isinstance(error, (ConnectionLost, RosTimeout)):
             # The chassis may have accepted it: cancel it as soon as the chassis can be reached.
-            self._motion.ask_end("its request was not answered")
+            self.ask_end("its request was not answered")
             text = "no reply to the request; it is cancelled as soon as that is possible"
-            self._motion.finish(OutcomeKind.CONNECTION_LOST, text)
+            self.finish(OutcomeKind.CONNECTION_LOST, text)
             self._cancel_once_more()
         else:  # nothing was started, so nothing has to be cancelled
             self._off()
-            self._motion.finish(OutcomeKind.CANCELLED, "not sent")
+            self.finish(OutcomeKind.CANCELLED, "not sent")
             self._drop_prepared()
 
     def _refuse(self, reply: DynamicMessage) -> None:
-        knowledge, why = self._components.readiness_state, say(reply.message or "no reason given")
+        knowledge, why = self.components.readiness_state, say(reply.message or "no reason given")
         state = RobotState(reply.statusCode)
         told = say("the last motion was refused ({what}: {why})", what=self.description, why=why)
         knowledge.refusals.note(told, time.monotonic(), state)
@@ -141,29 +139,13 @@ class TaskHandle(GoalHandle[RobotStatus]):
             said=str(reply.message or ""),
         )
 
-    def pause(self) -> None:
-        """Hold it; `resume` goes on.
+    def command(self, command: TaskCommand) -> None:
+        """Ask for a change of it.
 
         Raises:
             MotionRefused: The chassis refused.
         """
-        self._command(TaskCommand.PAUSE)
-
-    def resume(self) -> None:
-        """Go on after `pause`.
-
-        Raises:
-            MotionRefused: The chassis refused, or another motion of ours is under way.
-        """
-        self._components.motions.require_alone(self._motion)
-        self._command(TaskCommand.RESUME)
-
-    def interrupt_wait(self) -> None:
-        """End the wait the task is in (task state 5)."""
-        self._command(TaskCommand.INTERRUPT_WAIT)
-
-    def _command(self, command: TaskCommand) -> None:
-        reply = self._components.clients.exec_task(command, self.task_id, timeout=_REPLY_SECONDS)
+        reply = self.components.clients.exec_task(command, self.task_id, timeout=_REPLY_SECONDS)
         self._require_yes(reply, command)
 
     def _require_yes(self, reply: DynamicMessage, command: TaskCommand) -> None:
@@ -175,53 +157,49 @@ class TaskHandle(GoalHandle[RobotStatus]):
                     command=command,
                     why=say(reply.message or "no reason given"),
                 ),
-                readiness=self._components.readiness_state.readiness(),
+                readiness=self.components.readiness_state.readiness(),
                 said=str(reply.message or ""),
             )
 
-    def _in_own_callback(self) -> bool:
-        return super()._in_own_callback() or self._components.feeds.get("status").in_callback
+    @property
+    def in_own_callback(self) -> bool:
+        return super().in_own_callback or self.components.feeds.get("status").in_callback
 
-    def _describe(self, progress: RobotStatus) -> str:
-        pose = self._components.feeds.get("pose").latest
-        text = say("{state}, {action}", state=progress.task_state, action=progress.action_type)
-        return both(text, say("at {where}", where=pose)) if pose else text
-
-    def _write_cancel(self) -> None:
+    def write_cancel(self) -> None:
         if self._prepared is None:
             return  # nothing was sent yet: the sending thread checks `asked`
         if not self._prepared.send():
             raise ConnectionLost("the connection to /exec_task has ended")
 
-    def _repeat_cancel(self) -> None:
+    def repeat_cancel(self) -> None:
         if self._repeating is None or self._repeating.over:
             self._repeating = Job(self._cancel_once_more, _ONCE_MORE)
-            self._components.motions.executor.put(self._repeating)
+            self.components.motions.executor.put(self._repeating)
 
     def _cancel_once_more(self) -> None:
         """Cancel again on a new link: the first cancel may have been lost with the old one."""
         try:
-            reply = self._components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
+            reply = self.components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
         except RosError as error:
             logger.debug("! %s: its cancel is repeated in a second: %s", self.description, error)
             return
-        if self._motion.may_go_on:
+        if self.may_go_on:
             ended = reply.success or not self._status_shows_it()
         else:  # the status reports how it ended, unless the link was lost at that time
-            ended = not reply.success and self._components.feeds.get("status").outdated
+            ended = not reply.success and self.components.feeds.get("status").outdated
         if ended:
             self._off()
-            self._motion.finish(OutcomeKind.CONNECTION_LOST, _MISSED)  # if no outcome was reported yet
-            self._motion.see_end()
+            self.finish(OutcomeKind.CONNECTION_LOST, _MISSED)  # if no outcome was reported yet
+            self.see_end()
             self._drop_prepared()
 
-    def _request_cancel(self, timeout: float) -> None:
-        self._motion.await_sent(min(timeout, 2.0))
+    def request_cancel(self, timeout: float) -> None:
+        self.await_sent(min(timeout, 2.0))
         try:
             self._require_yes(self._cancel_reply(timeout), TaskCommand.CANCEL)
         except MotionRefused:
             # "There is no such task": it has just ended, and the status for that may still be on its way.
-            if not self._motion.wait(1.0) and not self._status_shows_end():
+            if not self.wait(1.0) and not self._status_shows_end():
                 raise
 
     def _cancel_reply(self, timeout: float) -> DynamicMessage:
@@ -235,18 +213,18 @@ class TaskHandle(GoalHandle[RobotStatus]):
                 return answer
             except RosError as error:
                 logger.debug("! %s: its cancel is sent again: %s", self.description, error)
-        return self._components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=timeout)
+        return self.components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=timeout)
 
     def _status_shows_it(self) -> bool:
         """True when the last status shows that it is under way, and no later one can have been missed."""
-        feed = self._components.feeds.get("status")
+        feed = self.components.feeds.get("status")
         status = feed.latest
         shows = status is not None and status.task_id == self.task_id and not status.task_state.is_final
         return shows and not feed.outdated
 
     def _status_shows_end(self) -> bool:
         """True when the last status shows that this task is over."""
-        status = self._components.feeds.get("status").latest
+        status = self.components.feeds.get("status").latest
         return status is not None and status.task_id == self.task_id and status.task_state.is_final
 
     def _on_status(self, status: RobotStatus) -> None:
@@ -258,14 +236,14 @@ class TaskHandle(GoalHandle[RobotStatus]):
 
     def _settle(self) -> None:
         ending = self._tracker.ending
-        if ending is None or self._motion.gone:
+        if ending is None or self.gone:
             return
         self._off()
         if not ending.under_way:
-            self._motion.see_end()
-        self._motion.finish(ending.kind, ending.text, ending.code)
+            self.see_end()
+        self.finish(ending.kind, ending.text, ending.code)
         if ending.under_way:
-            self._components.motions.executor.put(Job(self._end_on_robot, _REPLY_SECONDS))
+            self.components.motions.executor.put(Job(self._end_on_robot, _REPLY_SECONDS))
         else:
             self._drop_prepared()
 
@@ -277,20 +255,20 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def _end_on_robot(self) -> None:
         """Cancel a task that the robot could continue after its fault; in a thread: callbacks call this."""
         try:
-            self._components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
+            self.components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_REPLY_SECONDS)
         except RosError as error:
             logger.warning("! %s: not cancelled after the fault, it may go on: %s", self.description, error)
         finally:
             self._drop_prepared()
 
-    def _check(self) -> None:
-        lost = self._components.feeds.lost("status") or self._restarted()
-        if lost and not self._motion.over.is_set:  # keep listening: its end may be reported later
-            self._motion.finish(OutcomeKind.CONNECTION_LOST, lost)
+    def check(self) -> None:
+        lost = self.components.feeds.lost("status") or self._restarted()
+        if lost and not self.over.is_set:  # keep listening: its end may be reported later
+            self.finish(OutcomeKind.CONNECTION_LOST, lost)
 
     def _restarted(self) -> str:
         """Return a text if another process now reports the state (it does not know this task); else ""."""
-        feed = self._components.feeds.get("status")
+        feed = self.components.feeds.get("status")
         now = feed.sources
         if not now or not self._sources or now & self._sources:
             return ""
@@ -298,6 +276,47 @@ class TaskHandle(GoalHandle[RobotStatus]):
             "{topic} comes from another process now: the chassis was restarted, and its task is gone",
             topic=feed.topic,
         )
+
+
+class TaskHandle(GoalHandle[RobotStatus]):
+    """A task under way; its progress is every status that names it.
+
+    Attributes:
+        task_id: The random id it was given.
+    """
+
+    _motion: TaskMotion
+
+    @property
+    def state(self) -> TaskState:
+        """Its last known state."""
+        return self._motion.task_state
+
+    def pause(self) -> None:
+        """Hold it; `resume` goes on.
+
+        Raises:
+            MotionRefused: The chassis refused.
+        """
+        self._motion.command(TaskCommand.PAUSE)
+
+    def resume(self) -> None:
+        """Go on after `pause`.
+
+        Raises:
+            MotionRefused: The chassis refused, or another motion of ours is under way.
+        """
+        self._motion.components.motions.require_alone(self._motion)
+        self._motion.command(TaskCommand.RESUME)
+
+    def interrupt_wait(self) -> None:
+        """End the wait the task is in (task state 5)."""
+        self._motion.command(TaskCommand.INTERRUPT_WAIT)
+
+    def _describe(self, progress: RobotStatus) -> str:
+        pose = self._motion.components.feeds.get("pose").latest
+        text = say("{state}, {action}", state=progress.task_state, action=progress.action_type)
+        return both(text, say("at {where}", where=pose)) if pose else text
 
 
 class TaskOptions(TypedDict, total=False):
@@ -385,6 +404,7 @@ def start_task(
         components.motions.require_free_base("task")
     status = components.feeds.get("status")
     components.feeds.require_publisher(status)
-    handle = TaskHandle(components, order, timeout)
-    handle.send(since, check=check, replace=replace)
+    motion = TaskMotion(components, order)
+    handle = TaskHandle(motion, timeout)
+    motion.begin(since, check=check, replace=replace)
     return handle

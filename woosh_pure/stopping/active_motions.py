@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from woosh_pure.motion.motion import Motion
     from woosh_pure.velocity.drive import Drive
 
+    OwnMotion = Motion[Any]  # whatever its progress is
+
 logger = get_logger("woosh_pure.components")
 _JUST = 5.0  # seconds
 _WRITTEN = 0.5  # seconds for the first round, before the slow steps
@@ -81,17 +83,17 @@ class ActiveMotions:
         self._exit = Job(self._end_at_exit, _EXIT_SECONDS)
         self._pid = os.getpid()
         self._lock = threading.RLock()
-        self._goals: tuple[Motion, ...] = ()
+        self._goals: tuple[OwnMotion, ...] = ()
         self._drives: tuple[Drive, ...] = ()
 
     @property
-    def goals(self) -> list[Motion]:
+    def goals(self) -> list[OwnMotion]:
         """The goals under way."""
         return [goal for goal in self._goals if not goal.gone]
 
     def own_tasks(self) -> set[int]:
         """Ids of the tasks under way."""
-        return {goal.kind.task_id for goal in self.goals if goal.kind.task_id}
+        return {goal.task_id for goal in self.goals if goal.task_id}
 
     @property
     def drives(self) -> list[Drive]:
@@ -239,7 +241,7 @@ class ActiveMotions:
                 )
             )
 
-    def require_alone(self, goal: Motion) -> None:
+    def require_alone(self, goal: OwnMotion) -> None:
         """Check that nothing else of this Chassis moves the base, before a goal continues.
 
         Raises:
@@ -248,7 +250,7 @@ class ActiveMotions:
         self.require_free_base(goal.description)
         self._make_way(goal, self._others(goal), check=True, replace=False)
 
-    def add_goal(self, goal: Motion, since: int, *, check: bool = True, replace: bool = False) -> None:
+    def add_goal(self, goal: OwnMotion, since: int, *, check: bool = True, replace: bool = False) -> None:
         """Add a goal that is about to be sent.
 
         Args:
@@ -262,12 +264,12 @@ class ActiveMotions:
             ConnectionLost: The Chassis is being closed.
         """
         self._prepare()
-        if goal.kind.drives():
+        if goal.drives:
             self._make_way(goal, self._others(goal), check=check, replace=replace)
         ended = [other for other in self.goals if other.done]  # `done` may use the network
         with self._lock:
             self._require_no_stop(goal.description, since)
-            if check and goal.kind.drives():
+            if check and goal.drives:
                 self.require_free_base(goal.description)
                 late = [o for o in self.goals if o.holds_the_base and o not in ended and not o.replaced_by]
                 self._make_way(goal, late, check=True, replace=False)
@@ -283,10 +285,10 @@ class ActiveMotions:
                 raise
         self._immediate_stop.start()  # from now on it checks every second
 
-    def _others(self, goal: Motion) -> list[Motion]:
+    def _others(self, goal: OwnMotion) -> list[OwnMotion]:
         return [o for o in self.goals if o is not goal and not o.done and o.holds_the_base]
 
-    def _make_way(self, goal: Motion, others: list[Motion], *, check: bool, replace: bool) -> None:
+    def _make_way(self, goal: OwnMotion, others: list[OwnMotion], *, check: bool, replace: bool) -> None:
         """Refuse a goal while others of ours move the base, or end those."""
         if others and check and not replace:
             raise MotionRefused(
@@ -301,10 +303,10 @@ class ActiveMotions:
         for other in others:
             other.replaced_by = goal.description
             # One server passes smoothly from a goal to the next; between two servers nothing is documented.
-            if replace and not (other.kind.server and other.kind.server == goal.kind.server):
+            if replace and not (other.server and other.server == goal.server):
                 self._end_replaced(other)
 
-    def end(self, goal: Motion, timeout: float, why: str = "cancel() was called") -> Outcome:
+    def end(self, goal: OwnMotion, timeout: float, why: str = "cancel() was called") -> Outcome:
         """End one goal. Ctrl-C does not interrupt this; KeyboardInterrupt is raised afterwards.
 
         Raises:
@@ -312,7 +314,7 @@ class ActiveMotions:
         """
         return self.executor.do(lambda: goal.end(timeout, why), _CANCEL_SECONDS + 2.0 * timeout)
 
-    def _end_replaced(self, other: Motion) -> None:
+    def _end_replaced(self, other: OwnMotion) -> None:
         try:
             self.executor.do(lambda: other.end(3.0, "replaced"), 10.0)
         except RosError as error:
@@ -325,13 +327,13 @@ class ActiveMotions:
                 )
             ) from error
 
-    def forget_replacing(self, goal: Motion) -> None:
+    def forget_replacing(self, goal: OwnMotion) -> None:
         """Undo `replaced_by` when the replacing goal was not sent: the others continue."""
         for other in self.goals:
             if other.replaced_by == goal.description:
                 other.replaced_by = ""
 
-    def take_goals(self) -> list[Motion]:
+    def take_goals(self) -> list[OwnMotion]:
         """Return the goals to cancel: those under way, and, once, those that were just let go."""
         taken = [goal for goal in self._goals if not goal.gone or _just_let_go(goal)]
         for goal in taken:
@@ -359,7 +361,7 @@ class ActiveMotions:
         under_way = [goal for goal in self.goals if not goal.done]  # `done` may use the network
         with self._lock:
             self._require_no_stop("velocity", since)
-            driving = [goal.description for goal in self.goals if goal in under_way and goal.kind.drives()]
+            driving = [goal.description for goal in self.goals if goal in under_way and goal.drives]
             if check and driving:
                 raise MotionRefused(
                     say(
@@ -443,11 +445,11 @@ def _report_ahead() -> StopReport:
     return StopReport(problems=[text])
 
 
-def _just_let_go(goal: Motion) -> bool:
+def _just_let_go(goal: OwnMotion) -> bool:
     return goal.let_go is not None and time.monotonic() - goal.let_go < _JUST
 
 
-def cancel_goals(goals: Sequence[Motion], report: StopReport, timeout: float, why: str) -> None:
+def cancel_goals(goals: Sequence[OwnMotion], report: StopReport, timeout: float, why: str) -> None:
     """Cancel goals that this client started, all at the same time.
 
     Args:
@@ -467,7 +469,7 @@ def cancel_goals(goals: Sequence[Motion], report: StopReport, timeout: float, wh
             report.problems.append(say("cancelling {goal} (no answer yet)", goal=goal.description))
 
 
-def _cancel(goal: Motion, report: StopReport, timeout: float, why: str) -> None:
+def _cancel(goal: OwnMotion, report: StopReport, timeout: float, why: str) -> None:
     try:
         outcome = goal.end(timeout, why)
         if outcome.kind is OutcomeKind.CANCELLED and outcome.text == NOT_CONFIRMED and not outcome.stopped:

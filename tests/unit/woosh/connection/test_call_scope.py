@@ -8,7 +8,7 @@ import pytest
 
 from woosh_pure.connection.call_scope import CallScope, current
 from woosh_pure.errors import MotionRefused
-from woosh_pure.motion.motion import Motion
+from woosh_pure.motion.action_goal import ActionMotion
 
 
 def test_what_has_begun_is_ended_and_nothing_more_begins():
@@ -54,7 +54,7 @@ def test_a_thread_notes_what_it_begins_and_no_other_does():
 
 def test_a_goal_is_cancelled_although_the_thread_that_sends_it_has_not_started(monkeypatch):
     """The thread is made, then started; a cancel of another thread came between, and raised RuntimeError."""
-    motion, between = Motion(None, "a goal", None), []  # type: ignore[arg-type]
+    motion, between = ActionMotion(None, "/a", "a goal"), []  # type: ignore[arg-type]
     start = threading.Thread.start
 
     def cancelled_first(thread):
