@@ -61,6 +61,15 @@ STATUS_KINDS = {
     504: "no-answer-in-time",
 }
 """The kind of a problem that has none of its own."""
+REFUSAL_KINDS = {
+    "headers": "not-this-way",
+    "host": "not-this-server",
+    "origin": "not-allowed",
+    "token": "no-token",
+    "wrong-token": "wrong-token",
+    "too-many-tokens": "too-many-tokens",
+}
+"""Kinds of problems, by the reason of an `AdmissionRefusal`."""
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
 ADVICE = {
     "readiness-and-faults": "see GET readiness and GET faults",

@@ -17,7 +17,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from rosproto.admission import AdmissionRefusal, Key, bearer_token
 from woosh_pure.web.access import AccessRules, cookie_name, cookies
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
+from woosh_pure.web.http_errors import MEDIA_TYPE, REFUSAL_KINDS, Problem, language_of
 
 MAX_BODY, BODY_SECONDS = 64 * 1024, 10.0
 CONTENT_POLICY = (
@@ -37,15 +37,6 @@ _HEADERS_OF = {
     413: {"connection": "close"},
     429: {"retry-after": "60"},
 }
-REFUSAL_KINDS = {
-    "headers": "not-this-way",
-    "host": "not-this-server",
-    "origin": "not-allowed",
-    "token": "no-token",
-    "wrong-token": "wrong-token",
-    "too-many-tokens": "too-many-tokens",
-}
-"""Kinds of problems, by the reason of an `AdmissionRefusal`."""
 _OPEN_TO_ALL = ("/api/v1/access", "/api/v1/login")
 _SAFE = ("GET", "HEAD", "OPTIONS")
 

@@ -120,6 +120,10 @@ class Action:
         return found
 
 
+def _turn(value: Any, longest: int) -> float:
+    return abs(float(_angle(value, longest)))
+
+
 ACTION = Reader(Action, null=True)
 _actions = listed(ACTION, MOST_ACTIONS, "a list of actions")
 
@@ -138,7 +142,7 @@ class NodePosition:
     map_id: Annotated[Id, "mapId"]
     theta: Angle | None = None
     deviation_xy: Annotated[Distance, "allowedDeviationXY"] = 0.0
-    deviation_theta: Annotated[float | None, lambda v, n: abs(_angle(v, n)), "allowedDeviationTheta"] = None
+    deviation_theta: Annotated[float | None, _turn, "allowedDeviationTheta"] = None
     description: Annotated[Text, "mapDescription"] = ""
 
     def to_json(self) -> dict[str, Any]:

@@ -13,8 +13,7 @@ from woosh_pure.enums import RobotMode, RobotState, TaskState
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.reasons import ReasonKey
 from woosh_pure.web.goals import COMMANDS
-from woosh_pure.web.http_errors import KINDS, STATUS_KINDS
-from woosh_pure.web.middleware import REFUSAL_KINDS
+from woosh_pure.web.http_errors import KINDS, REFUSAL_KINDS, STATUS_KINDS
 
 PAGE = Path(__file__).parents[4] / "woosh_pure" / "web" / "page" / "js"
 
