@@ -333,9 +333,13 @@ def test_chassis_programs(genpy_packages: Path) -> None:
 
 
 def test_sim_option(genpy_packages: Path) -> None:
-    """`--sim` needs no chassis and no master."""
+    """`woosh run --sim` needs no chassis and no master."""
     ours = run_program(
-        "chassis_velocity.py", real=False, options=["--sim"], env={"ROS_MASTER_URI": "http://127.0.0.1:1/"}
+        "chassis_velocity.py",
+        real=False,
+        command="woosh_pure",
+        options=["--sim"],
+        env={"ROS_MASTER_URI": "http://127.0.0.1:1/"},
     )
     assert ours.compared() == (0, ["True"], [], [])
 

@@ -217,8 +217,9 @@ DRIVE = (
 TABLE = [*READING, *MOVING, *TELLING, *RECORDING]
 ALL = [*TABLE, *ALONE]
 NEEDS_A_TERMINAL = {"woosh drive"}
-SERVERS = ("woosh web", "woosh foxglove", "woosh vda5050")
-"""In test_web_command.py and test_web_dead_man.py, tests/unit/cli/test_foxglove_command.py, tests/interop/fleet."""
+SERVERS = ("woosh web", "woosh foxglove", "woosh vda5050", "woosh run")
+"""In test_web_command.py and test_web_dead_man.py, tests/unit/cli/test_foxglove_command.py, tests/interop/fleet;
+`run`, which loads the layer for ROS's programs into its process, in test_sim_options.py."""
 
 
 def run_case(case: Case, words: list[str], place: SimpleNamespace) -> None:

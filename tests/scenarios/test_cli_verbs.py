@@ -261,7 +261,19 @@ def test_ctrl_c_is_clean_in_what_runs_long(sim, words):
 
 
 TESTED_ELSEWHERE = {
-    *("demo", "sim", "drive", "completion", "learn", "record", "selftest", "web", "foxglove", "vda5050")
+    *(
+        "demo",
+        "sim",
+        "drive",
+        "completion",
+        "learn",
+        "record",
+        "run",
+        "selftest",
+        "web",
+        "foxglove",
+        "vda5050",
+    )
 }
 
 

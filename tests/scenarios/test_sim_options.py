@@ -73,6 +73,10 @@ def test_programs_for_rospy_have_their_marks(tmp_path: Path) -> None:
 
     done = run("--sim", "--mark", "HERE=1,0,0")
     assert done.stdout.strip() == "[True, False]", done.stderr
+    marks = str(tmp_path / "list.json")
+    assert main(["marks", "--file", marks, "add", "NOWHERE", "--pose", "1", "0", "0"]) == 0
+    done = run("--sim", "--marks", marks)
+    assert done.stdout.strip() == "[False, True]", done.stderr
     wrong = run("--sim", "--mark", "HERE")
     assert wrong.returncode == 2
     assert "NAME=X,Y,YAW" in wrong.stderr

@@ -124,6 +124,7 @@ def run_program(
     master_uri: str | None = None,
     master_params: Mapping[str, Any] | None = None,
     options: Sequence[str] = (),
+    command: str = "rosproto",
 ) -> Outcome:
     """Run a program once.
 
@@ -133,6 +134,7 @@ def run_program(
         packages: Folders for PYTHONPATH: generated code for real rospy, or user packages.
         interrupt: Signal to send after the program printed `ready`.
         options: Options of `rosproto run`.
+        command: Whose `run` it is: rosproto's or woosh_pure's.
     """
     path = PROGRAMS / program
     noted: list[Any] = []
@@ -145,7 +147,7 @@ def run_program(
         if not real:
             folders.append(str(ROOT))
         environment = ros.environment(master_uri, packages=os.pathsep.join(folders), extra=env)
-        start = [ros.PYTHON] if real else [sys.executable, "-m", "rosproto", "run", *options]
+        start = [ros.PYTHON] if real else [sys.executable, "-m", command, "run", *options]
         process = subprocess.Popen(
             [*start, str(path), *arguments],
             stdin=subprocess.DEVNULL,
