@@ -219,7 +219,7 @@ def test_a_robot_that_is_known_by_its_name_only(healthy, monkeypatch, capsys):
     capsys.readouterr()
     assert main(["--master", uri, "battery", "--resolve", "robot-xyz.invalid"]) == 2
     assert "is not of the form NAME=IP" in capsys.readouterr().err
-    with pytest.raises(ValueError, match="no host name or address"):
+    with pytest.raises(ValueError, match="not a host name or address"):
         Chassis(uri, resolve={"robot": "http://127.0.0.1"})
 
 
