@@ -254,7 +254,7 @@ def test_half_open_connections_lock_nobody_out(graph: tuple[Chassis, Node], door
 def test_a_token_that_can_be_guessed_opens_no_door(
     graph: tuple[Chassis, Node], door: Door, token: str
 ) -> None:
-    with pytest.raises(ValueError, match=rf"too short \({len(token)} characters\); use at least 8 random"):
+    with pytest.raises(ValueError, match=rf"too short \(length {len(token)}\); use at least 8 random"):
         door.server(*graph, token=token)
 
 

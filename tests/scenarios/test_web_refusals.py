@@ -153,7 +153,7 @@ REFUSED: dict[str, tuple[str, Any, str, str]] = {
     "too far": ("goals", {"kind": "move", "distance": 10.5}, "distance is 10.5; allowed:", "distance 的值是 10.5"),
     "no time": ("goals", {"kind": "mark", "mark": "A1", "timeout": 0}, "timeout is 0; allowed: a number above 0 and up to 86400 s", "大于 0"),
     "an empty name": ("goals", {"kind": "mark", "mark": ""}, 'mark is ""; allowed: a text of 1 to 200 characters', "1 到 200 个字符"),
-    "another part": ("goals", {"kind": "mark", "mark": "A1", "fast": 1}, '"fast" is not known here; known: timeout, replace, mark, kind', "这里没有"),
+    "another part": ("goals", {"kind": "mark", "mark": "A1", "fast": 1}, '"fast" is not known here; known: timeout, replace, kind, mark', "这里没有"),
     "two at once": ("recordings", {"seconds": 0, "camera": 1}, "; camera is 1; allowed: true or false", "true 或 false"),
     "no object": ("lease", [1], "the body is [1]; allowed: a JSON object with seconds", "JSON 对象"),
     "null": ("lease", None, "the body is null; allowed: a JSON object, or no body", "请求体是 null"),

@@ -67,6 +67,7 @@ class MotionRequest(Request):
 class AtMark(MotionRequest):
     """What all goals at a mark accept."""
 
+    kind: str  # comes first in the description and its examples
     mark: MarkName
 
 
