@@ -131,10 +131,10 @@ def _too_many_files() -> str:
 
 def open_file_limit() -> int | None:
     """How many files this process may have open; None if there is no limit, or it is unknown."""
-    if sys.platform == "win32":
-        return None
-    soft = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
-    return None if soft == resource.RLIM_INFINITY else soft
+    if sys.platform != "win32":
+        soft = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+        return None if soft == resource.RLIM_INFINITY else soft
+    return None
 
 
 RESERVED_FILES = 64
@@ -163,14 +163,13 @@ def allow_open_files(count: int) -> None:
 
     For commands, which own their process, and for simulated robots, which run many nodes in one process.
     """
-    if sys.platform == "win32":
-        return
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    unlimited = resource.RLIM_INFINITY
-    if soft == unlimited or soft >= count:
-        return
-    wanted = count if hard == unlimited else min(count, hard)
-    try:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-    except (OSError, ValueError):
-        pass  # the limit stays; opening too many files raises an error that names it
+    if sys.platform != "win32":
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        unlimited = resource.RLIM_INFINITY
+        if soft == unlimited or soft >= count:
+            return
+        wanted = count if hard == unlimited else min(count, hard)
+        try:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+        except (OSError, ValueError):
+            pass  # the limit stays; opening too many files raises an error that names it

@@ -36,13 +36,13 @@ class UnsentBytes(NamedTuple):
 
 def unsent_bytes(sock: socket.socket) -> UnsentBytes | None:
     """The unacknowledged bytes of a TCP connection; None where the system does not provide them."""
-    if sys.platform != "linux":
-        return None
-    try:
-        waiting = struct.unpack("i", fcntl.ioctl(sock, termios.TIOCOUTQ, bytes(4)))[0]
-        if not waiting:
-            return UnsentBytes(0, False)
-        info = sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _UNACKED + 4)
-        return UnsentBytes(waiting, struct.unpack_from("I", info, _UNACKED)[0] > 0, info[_CA_STATE] > 0)
-    except (OSError, ValueError, struct.error):
-        return None  # closed meanwhile, or not supported by this kernel
+    if sys.platform == "linux":
+        try:
+            waiting = struct.unpack("i", fcntl.ioctl(sock, termios.TIOCOUTQ, bytes(4)))[0]
+            if not waiting:
+                return UnsentBytes(0, False)
+            info = sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _UNACKED + 4)
+            return UnsentBytes(waiting, struct.unpack_from("I", info, _UNACKED)[0] > 0, info[_CA_STATE] > 0)
+        except (OSError, ValueError, struct.error):
+            pass  # closed meanwhile, or not supported by this kernel
+    return None
