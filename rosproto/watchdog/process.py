@@ -123,14 +123,17 @@ class _LastMessage:
             return ""
         return f"{self._publisher.topic}: the robot has closed the connection"
 
-    def wait(self, subscribers: Mapping[str, Sequence[str]]) -> None:
-        """Wait until it is connected, if the master knows a subscriber.
+    def expect(self, subscribers: Mapping[str, Sequence[str]]) -> None:
+        """Note whether the master knows a subscriber, which is to be connected."""
+        self._awaited = bool(subscribers.get(self._publisher.topic))
+
+    def wait(self) -> None:
+        """Wait until it is connected, if that is expected.
 
         Raises:
             RosTimeout: It is not.
         """
-        if subscribers.get(self._publisher.topic):
-            self._awaited = True
+        if self._awaited:
             self._publisher.wait_for_connection(CONNECT_SECONDS)
 
     def send(self) -> None:
@@ -159,6 +162,8 @@ class _Watch:
     Attributes:
         line: What was asked for.
         parts: What is sent; messages first.
+        complete: Whether all parts were made, and know whether a connection is expected. Then they tell
+            whether it is ready; else it stays as `failed` says.
         failed: Why it could not be prepared.
         told: The problem that was reported last.
         repair_at: When the next attempt to prepare it may begin; infinite during one.
@@ -166,14 +171,10 @@ class _Watch:
 
     line: Prepare
     parts: list[_LastMessage | _LastCall]
+    complete: bool = False
     failed: str = ""
     told: str = ""
     repair_at: float = 0.0
-
-    @property
-    def complete(self) -> bool:
-        """Whether all of it was made."""
-        return len(self.parts) == len(self.line.messages) + len(self.line.calls)
 
     @property
     def problem(self) -> str:
@@ -300,11 +301,14 @@ class WatchdogProcess:
                 watch.parts.append(_LastMessage(node, message))
             for call in line.calls:
                 watch.parts.append(_LastCall(node, call))
-            if line.messages:
+            messages = [each for each in watch.parts if isinstance(each, _LastMessage)]
+            if messages:
                 subscribers = node.master.get_system_state(timeout=CONNECT_SECONDS).subscribers
-                for each in watch.parts:
-                    if isinstance(each, _LastMessage):
-                        each.wait(subscribers)
+                for each in messages:
+                    each.expect(subscribers)
+            watch.complete = True
+            for each in messages:
+                each.wait()
         except Exception as error:
             watch.failed = str(error) or type(error).__name__
         self._inbox.put(partial(self._repaired if repair else self._prepared, watch))

@@ -243,6 +243,7 @@ def test_a_master_that_is_away_is_told_once_and_nothing_waits_for_ever(
         for _ in range(2):
             assert not watchdog.watch(WatchedNode("http://127.0.0.1:1", "/x")).ready
     assert caplog.text.count("the watchdog is not ready") == 1
+    assert "ready again" not in caplog.text
 
 
 def zero() -> LastMessage:
