@@ -125,8 +125,9 @@ def test_what_is_said_of_a_pause_agrees(name: str, sim: SimulatedChassis) -> Non
         process.kill()
         process.communicate()
     assert "when its watchdog stopped the robot" in said
-    if name == "goto A1":
-        assert "or our watchdog while this program did not run" in said
+    if name == "goto A1":  # the watchdog's notice and the goal's end arrive in either order
+        known = "this program ended it: this program had not run for"
+        assert known in said or "or our watchdog while this program did not run" in said
     else:
         assert "without a watchdog the robot went on with the last velocity" in said
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import json
 import select
 import socket
+import ssl
 import subprocess
 import sys
 import time
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -63,15 +63,15 @@ class _Child:
 
 
 class GatewayProcess(_Child):
-    """A master, and a gateway that opens `write`.
+    """A master, and a gateway that opens `write`: "rosbridge" or "foxglove".
 
     Attributes:
         master_uri: The master's.
         port: Where the gateway listens.
     """
 
-    def __init__(self, write: tuple[str, ...] = ("*",)) -> None:
-        super().__init__(f"serve({write!r})")
+    def __init__(self, write: tuple[str, ...] = ("*",), kind: str = "rosbridge") -> None:
+        super().__init__(f"serve({write!r}, {kind!r})")
         told = self.line()
         self.master_uri: str = told["master_uri"]
         self.port: int = told["port"]
@@ -91,34 +91,40 @@ class PageProcess(_Child):
         port: Where it listens.
     """
 
-    def __init__(self, master_uri: str) -> None:
-        super().__init__(f"serve_page({master_uri!r})")
+    def __init__(self, master_uri: str, tls: tuple[str, str] | None = None) -> None:
+        super().__init__(f"serve_page({master_uri!r}, {tls!r})")
         self.port: int = self.line()["port"]
 
     def __enter__(self) -> PageProcess:
         return self
 
 
-def serve(write: tuple[str, ...]) -> None:
+def serve(write: tuple[str, ...], kind: str) -> None:
     """The gateway's process."""
     from rosproto import Master, Node
     from rosproto.gateway import Access, GatewayLimits, Rosbridge
+    from rosproto.gateway.foxglove import Foxglove
 
+    Gateway = {"rosbridge": Rosbridge, "foxglove": Foxglove}[kind]
     with (
         Master() as master,
         Node("/gateway", master_uri=master.uri) as node,
-        Rosbridge(node, port=0, access=Access(write=write), limits=GatewayLimits(connections=100)) as bridge,
+        Gateway(node, port=0, access=Access(write=write), limits=GatewayLimits(connections=100)) as bridge,
     ):
         print(json.dumps({"master_uri": master.uri, "port": bridge.port}), flush=True)
         sys.stdin.read()
 
 
-def serve_page(master_uri: str) -> None:
+def serve_page(master_uri: str, tls: tuple[str, str] | None) -> None:
     """The process of the page's server."""
     from woosh_pure import Chassis, web
     from woosh_pure.web.server import WebServer
 
-    with Chassis(master_uri) as chassis, WebServer(web.app(chassis), port=0) as server:
+    cert, key = tls or (None, None)
+    with (
+        Chassis(master_uri) as chassis,
+        WebServer(web.app(chassis, allow_driving=True), port=0, tls_cert=cert, tls_key=key) as server,
+    ):
         print(json.dumps({"port": server.port}), flush=True)
         sys.stdin.read()
 
@@ -188,8 +194,10 @@ PAYLOADS = {
 class Crowd(_Child):
     """Clients that send one of `PAYLOADS` without end, and connect again when they are cut off."""
 
-    def __init__(self, port: int, what: str, clients: int, path: str = "/") -> None:
-        super().__init__(f"flood({port}, {what!r}, {clients}, {path!r})")
+    def __init__(
+        self, port: int, what: str, clients: int, path: str = "/", protocol: str = "", tls: bool = False
+    ) -> None:
+        super().__init__(f"flood({port}, {what!r}, {clients}, {path!r}, {protocol!r}, {tls})")
         assert self.line() == "begun"
 
     def __enter__(self) -> Crowd:
@@ -197,22 +205,29 @@ class Crowd(_Child):
 
 
 class _Client:
-    def __init__(self, port: int, payload: bytes, path: str) -> None:
+    def __init__(self, port: int, payload: bytes, path: str, protocol: str, tls: bool) -> None:
         self._port = port
         self._path = path
+        self._protocol = protocol
         self._payload = payload
+        self._tls = ssl.create_default_context() if tls else None
+        if self._tls:
+            self._tls.check_hostname, self._tls.verify_mode = False, ssl.CERT_NONE
         self._begin()
 
     def _begin(self) -> None:
         self.socket = socket.create_connection(("127.0.0.1", self._port), 20)
+        if self._tls:
+            self.socket = self._tls.wrap_socket(self.socket)
+        protocol = f"Sec-WebSocket-Protocol: {self._protocol}\r\n" if self._protocol else ""
         self.socket.sendall(
-            f"GET {self._path} HTTP/1.1\r\n".encode()
+            f"GET {self._path} HTTP/1.1\r\n{protocol}".encode()
             + b"Host: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
             b"Sec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\nSec-WebSocket-Version: 13\r\n\r\n"
         )
         self.socket.settimeout(20)
         self.socket.recv(4096)
-        if self._path == "/":  # of a rosbridge server
+        if self._path == "/" and not self._protocol:  # of a rosbridge server
             advertise = b'{"op":"advertise","topic":"/flood","type":"geometry_msgs/PoseArray"}'
             self.socket.sendall(frame(advertise))
         self.socket.setblocking(False)
@@ -222,7 +237,7 @@ class _Client:
         try:
             sent = self.socket.send(self._left[: 1 << 20])
             self._left = self._left[sent:] or memoryview(self._payload)
-        except BlockingIOError:
+        except (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError):
             pass
         except OSError:
             self._again()
@@ -231,29 +246,31 @@ class _Client:
         try:
             if not self.socket.recv(1 << 16):
                 self._again()
-        except BlockingIOError:
+        except (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError):
             pass
         except OSError:
             self._again()
 
     def _again(self) -> None:
         self.socket.close()
-        self._begin()
+        try:
+            self._begin()
+        except ConnectionRefusedError:
+            sys.exit()  # the server has ended
 
 
-def flood(port: int, what: str, clients: int, path: str) -> None:
+def flood(port: int, what: str, clients: int, path: str, protocol: str, tls: bool) -> None:
     """The clients' process."""
     payload = PAYLOADS[what]()
-    with ExitStack():
-        crowd = [_Client(port, payload, path) for _ in range(clients)]
-        print(json.dumps("begun"), flush=True)
-        while True:
-            sockets = {client.socket.fileno(): client for client in crowd}
-            readable, writable, _ = select.select([sys.stdin, *sockets], list(sockets), [], 1.0)
-            if sys.stdin in readable:
-                return
-            for number in writable:
-                sockets[number].write()
-            for number in readable:
-                sockets[number].read()
-            time.sleep(0)
+    crowd = [_Client(port, payload, path, protocol, tls) for _ in range(clients)]
+    print(json.dumps("begun"), flush=True)
+    while True:
+        sockets = {client.socket.fileno(): client for client in crowd}
+        readable, writable, _ = select.select([sys.stdin, *sockets], list(sockets), [], 1.0)
+        if sys.stdin in readable:
+            return
+        for number in writable:
+            sockets[number].write()
+        for number in readable:
+            sockets[number].read()
+        time.sleep(0)
