@@ -11,13 +11,13 @@ import sys
 import time
 from typing import TextIO
 
-__all__ = ["MOST_BYTES", "read_file", "read_stream", "read_text", "replace_file", "write_file"]
+__all__ = ["MAX_FILE_BYTES", "read_file", "read_stream", "read_text", "replace_file", "write_file"]
 
-MOST_BYTES = 64 << 20
+MAX_FILE_BYTES = 64 << 20
 """Default limit of a file that is read whole."""
 
 
-def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
+def read_file(path: str | os.PathLike[str], most: int = MAX_FILE_BYTES) -> bytes:
     """Read a whole file.
 
     Raises:
@@ -31,7 +31,7 @@ def read_file(path: str | os.PathLike[str], most: int = MOST_BYTES) -> bytes:
     return data
 
 
-def read_text(path: str | os.PathLike[str], encoding: str = "utf-8", most: int = MOST_BYTES) -> str:
+def read_text(path: str | os.PathLike[str], encoding: str = "utf-8", most: int = MAX_FILE_BYTES) -> str:
     """Read a whole text file; line ends become `\\n`.
 
     Raises:
@@ -42,7 +42,7 @@ def read_text(path: str | os.PathLike[str], encoding: str = "utf-8", most: int =
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_stream(stream: TextIO, name: str, most: int = MOST_BYTES) -> str:
+def read_stream(stream: TextIO, name: str, most: int = MAX_FILE_BYTES) -> str:
     """Read a whole text stream, such as stdin.
 
     Raises:

@@ -34,7 +34,7 @@ __all__ = ["RosoutAggregator"]
 
 _log = get_logger("rosproto.node")
 
-MOST_BYTES = 100 << 20  # of one file
+MAX_FILE_BYTES = 100 << 20  # of one file
 MAX_OLD_FILES = 10
 _LEVELS = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 
@@ -57,7 +57,7 @@ class RosoutLog:
         OSError: It cannot be opened.
     """
 
-    def __init__(self, path: str | os.PathLike[str], *, most_bytes: int = MOST_BYTES) -> None:
+    def __init__(self, path: str | os.PathLike[str], *, most_bytes: int = MAX_FILE_BYTES) -> None:
         self.path = os.fspath(path)
         self._most_bytes = most_bytes
         self._failing = False

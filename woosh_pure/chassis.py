@@ -19,7 +19,7 @@ from rosproto.transport import Deadline, HostNames
 from rosproto.watchdog import Watchdog
 from woosh_pure import interface
 from woosh_pure.components import Components
-from woosh_pure.connection.arguments import LONGEST, master_uri_of, require_timeout
+from woosh_pure.connection.arguments import MAX_TIMEOUT_SECONDS, master_uri_of, require_timeout
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
@@ -107,7 +107,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
             raise ValueError(
                 say("timeout={timeout}: expected more than 0 s, and not for ever", timeout=timeout)
             )
-        timeout = min(timeout, LONGEST)
+        timeout = min(timeout, MAX_TIMEOUT_SECONDS)
         folders = [*msg_path, *(learned_paths() if learned else ())]
         names = HostNames(resolve).given
 

@@ -244,7 +244,7 @@ class Footprint:
         return min(_distance_to_segment(a, b) for a, b in pairs)
 
 
-_LARGEST = 10.0  # m; no loaded chassis is larger, so larger numbers are in another unit
+_MAX_CORNER_METRES = 10.0  # m; no loaded chassis is larger, so larger numbers are in another unit
 
 
 def _padded(value: float, padding: float) -> float:
@@ -267,13 +267,13 @@ def _check_polygon(points: Sequence[tuple[float, float]]) -> None:
     for x, y in points:
         if not (math.isfinite(x) and math.isfinite(y)):
             raise ValueError(say("footprint corner ({x}, {y}): both numbers must be finite (m)", x=x, y=y))
-        if math.hypot(x, y) > _LARGEST:
+        if math.hypot(x, y) > _MAX_CORNER_METRES:
             raise ValueError(
                 say(
                     "footprint corner ({x}, {y}) is more than {largest:g} m away; give metres",
                     x=x,
                     y=y,
-                    largest=_LARGEST,
+                    largest=_MAX_CORNER_METRES,
                 )
             )
     edges = list(zip(points, (*points[1:], points[0]), strict=True))

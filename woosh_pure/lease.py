@@ -20,10 +20,10 @@ from rosproto.coercion import as_float
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 
-__all__ = ["DEFAULT_SECONDS", "MOST_SECONDS", "ChassisLease", "LeaseState"]
+__all__ = ["DEFAULT_SECONDS", "MAX_SECONDS", "ChassisLease", "LeaseState"]
 
 DEFAULT_SECONDS = 60.0
-MOST_SECONDS = 3600.0
+MAX_SECONDS = 3600.0
 MAX_ASKING = 16
 """Further requests are refused: clients fill this list, so it is bounded."""
 _logger = get_logger("woosh_pure.lease")
@@ -235,12 +235,12 @@ def _name(owner: str) -> str:
 
 def _seconds(seconds: float) -> float:
     seconds = as_float(seconds)
-    if not (math.isfinite(seconds) and 0.0 < seconds <= MOST_SECONDS):
+    if not (math.isfinite(seconds) and 0.0 < seconds <= MAX_SECONDS):
         raise ValueError(
             say(
                 "seconds={seconds}: expected more than 0 and at most {most_seconds:g}",
                 seconds=seconds,
-                most_seconds=MOST_SECONDS,
+                most_seconds=MAX_SECONDS,
             )
         )
     return seconds

@@ -3,9 +3,9 @@
 A write to a full pipe, or to a terminal stopped by Ctrl-S, blocks for ever. It would block a stop, a deadline
 or a logging thread. So one thread per stream writes, and the command only queues its text:
 
-- stdout holds documents. With `MOST` pieces unread, the command waits; Ctrl-C and signals interrupt the wait.
+- stdout holds documents. With `MAX_UNREAD_PIECES` unread, the command waits; Ctrl-C and signals end the wait.
   After `hurry` it drops further pieces instead: a command that moves the robot must not wait.
-- stderr holds messages and logs. It never waits: with `MOST` pieces unread, further ones are dropped.
+- stderr holds messages and logs. It never waits: with `MAX_UNREAD_PIECES` unread, further ones are dropped.
 
 The queue and the locks are C code: an exception in a signal handler leaves none of them locked, and a handler
 may use them again.
@@ -28,7 +28,7 @@ from typing import Any
 from rosproto.cli.console import OutputError, TerminalGone
 from rosproto.cli.signals import Terminated
 
-MOST = 500
+MAX_UNREAD_PIECES = 500
 """Pieces of text that may wait for their reader."""
 _LARGE = 65536  # bytes; `write` waits for a piece of this size
 _BATCH = 64  # pieces per write
@@ -42,7 +42,7 @@ class BackgroundOutput:
 
     Args:
         stream: Standard output or error.
-        waits: Whether `write` blocks while `MOST` pieces are unread.
+        waits: Whether `write` blocks while `MAX_UNREAD_PIECES` pieces are unread.
         after: A stream to write first when both are the same terminal.
 
     Attributes:
@@ -80,7 +80,7 @@ class BackgroundOutput:
         if self._after is not None:
             self._after.settle()
         data = self._encode(text.replace("\n", os.linesep))
-        if self._pieces.qsize() >= MOST:
+        if self._pieces.qsize() >= MAX_UNREAD_PIECES:
             if not self.waits:
                 self.dropped += 1
                 return len(text)

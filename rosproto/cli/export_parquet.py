@@ -20,7 +20,7 @@ from rosproto.cli.exit_codes import CommandError
 
 GROUP_BYTES = 32 << 20
 """Of a row group, in memory: readers take one at a time."""
-MOST_BYTES = 64 << 20
+MAX_UNFINISHED_BYTES = 64 << 20
 """Of all unfinished row groups together; from there on the largest is written as it is."""
 
 
@@ -39,7 +39,7 @@ def write_parquet(bag: BagReader, topics: list[str], arguments: argparse.Namespa
             stack.callback(file.close)
         for number, batch in batches_of(bag, tables, *span(bag, arguments), step=progress.step):
             files[number].take(batch)
-            if sum(file.size for file in files) >= MOST_BYTES:
+            if sum(file.size for file in files) >= MAX_UNFINISHED_BYTES:
                 max(files, key=lambda file: file.size).write()
         for file in files:
             file.write()
@@ -138,15 +138,15 @@ def _texts_in(field: Any, prefix: str) -> list[str]:
 # is the same in each export of the bag.
 
 
-LONGEST = 150
+MAX_NAME_CHARACTERS = 150
 _DEVICES = re.compile(r"(?:con|prn|aux|nul|conin\$|conout\$|(?:com|lpt)[0-9])", re.IGNORECASE)
 
 
 def file_name(topic: str) -> str:
     """Convert a topic to a file name for every system: "/camera/image_raw" -> "camera-image_raw"."""
     name = re.sub(r"[^A-Za-z0-9_]+", "-", topic).strip("-") or "topic"
-    if len(name) > LONGEST:
-        name = name[:LONGEST]
+    if len(name) > MAX_NAME_CHARACTERS:
+        name = name[:MAX_NAME_CHARACTERS]
     return f"topic-{name}" if _DEVICES.fullmatch(name) else name
 
 
@@ -178,7 +178,7 @@ def file_names(topics: Iterable[str]) -> dict[str, str]:
 
 
 def _is_plain(topic: str) -> bool:
-    return re.fullmatch(r"(?:/[A-Za-z0-9_]+)+", topic) is not None and len(topic) <= LONGEST
+    return re.fullmatch(r"(?:/[A-Za-z0-9_]+)+", topic) is not None and len(topic) <= MAX_NAME_CHARACTERS
 
 
 def _sum(topic: str) -> str:

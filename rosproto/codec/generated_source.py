@@ -132,7 +132,9 @@ def quickest(form: str, *, packs: bool) -> str:
 
 
 STRUCTS_KEPT = 4096
-LONGEST_SHARED = 256  # characters of a format; a Struct takes 32 bytes for each; long ones are rarely shared
+MAX_SHARED_CHARACTERS = (
+    256  # characters of a format; a Struct takes 32 bytes for each; long ones are rarely shared
+)
 shared_methods: dict[tuple[str, str], Any] = {}
 """Methods of structs by format and name, shared by all types; at most `STRUCTS_KEPT`."""
 
@@ -142,7 +144,7 @@ def _shared_method(form: str, method: str) -> Any:
     found = shared_methods.get((form, method))
     if found is None:
         found = getattr(Struct(quickest(form, packs=method == "pack")), method)
-        if len(form) <= LONGEST_SHARED:
+        if len(form) <= MAX_SHARED_CHARACTERS:
             if len(shared_methods) >= STRUCTS_KEPT:
                 shared_methods.clear()
             shared_methods[form, method] = found

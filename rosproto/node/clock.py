@@ -22,7 +22,7 @@ from rosproto.transport.deadline import wait_event
 
 _log = get_logger("rosproto.node")
 
-LONGEST_WAIT = 1.0  # seconds of real time between two checks for a closed node
+MAX_WAIT_SECONDS = 1.0  # seconds of real time between two checks for a closed node
 NSEC = 1_000_000_000
 
 
@@ -131,7 +131,7 @@ class NodeClock:
         while not done():
             if not self.running:
                 return False
-            left = LONGEST_WAIT if end is None else min(LONGEST_WAIT, end - time.monotonic())
+            left = MAX_WAIT_SECONDS if end is None else min(MAX_WAIT_SECONDS, end - time.monotonic())
             if left <= 0:
                 return False
             self._condition.wait(left)

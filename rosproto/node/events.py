@@ -19,7 +19,7 @@ from rosproto.logs import get_logger
 
 _log = get_logger("rosproto.node")
 
-MOST_KEPT = 64
+MAX_KEPT_EVENTS = 64
 
 
 class EventKind(enum.Enum):
@@ -76,7 +76,7 @@ class Events:
     def __init__(self, node_name: str, callback: Callable[[Event], object] | None) -> None:
         self._node_name = node_name
         self._callback = callback
-        self._kept: deque[Event] = deque(maxlen=MOST_KEPT)
+        self._kept: deque[Event] = deque(maxlen=MAX_KEPT_EVENTS)
 
     def __iter__(self) -> Iterator[Event]:
         return iter(list(self._kept))

@@ -14,8 +14,8 @@ from rosproto.errors import RosError, RosTimeout
 from rosproto.quaternion import normalized
 from rosproto.tf.transform import Transform, nanoseconds
 from rosproto.tf.tree import (
-    LONGEST_NAME,
     MAX_FRAMES,
+    MAX_NAME_CHARACTERS,
     MAX_SAMPLES,
     FrameLoop,
     FrameTree,
@@ -39,8 +39,8 @@ def frame_name(name: str) -> str:
     stripped = name.lstrip("/")
     if not stripped:
         raise ValueError("a frame name is empty")
-    if len(stripped) > LONGEST_NAME:
-        raise ValueError(f"a frame name has {len(stripped)} characters, more than {LONGEST_NAME}")
+    if len(stripped) > MAX_NAME_CHARACTERS:
+        raise ValueError(f"a frame name has {len(stripped)} characters, more than {MAX_NAME_CHARACTERS}")
     return stripped
 
 

@@ -16,7 +16,7 @@ from rosproto.quaternion import Quaternion, Vector, conjugate, multiply, rotate
 
 MAX_FRAMES = 10_000
 MAX_SAMPLES = 50_000  # of one frame
-LONGEST_NAME = 1000  # characters
+MAX_NAME_CHARACTERS = 1000  # characters
 MAX_DEPTH = 1000  # as in tf2: a longer path to the root is a loop
 
 Pose = tuple[Vector, Quaternion]

@@ -41,8 +41,8 @@ _log = get_logger("rosproto.watchdog")
 READY_SECONDS = 2.0  # that a motion waits for its watch
 START_SECONDS = 10.0  # more for the first motion: the process is still starting
 END_SECONDS = 3.0  # for the process to end by itself
-MOST_RESTARTS = 3
-RESTART_WINDOW = 30.0  # seconds, for `MOST_RESTARTS`
+MAX_RESTARTS = 3
+RESTART_WINDOW_SECONDS = 30.0  # seconds, for `MAX_RESTARTS`
 SILENT_SECONDS = 3.0  # without a report of the process, which comes every second while something moves
 _WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
 
@@ -331,14 +331,14 @@ class Watchdog:
     def _again(self, code: int) -> bool:
         """The process has ended unexpectedly: start another one; False after too many attempts."""
         now = time.monotonic()
-        self._ends = [*(end for end in self._ends if now - end < RESTART_WINDOW), now]
+        self._ends = [*(end for end in self._ends if now - end < RESTART_WINDOW_SECONDS), now]
         how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
         for watch in list(self._watches.values()):
             watch.forgotten()
         with self._lock:
             if self._closed:
                 return False
-            if len(self._ends) > MOST_RESTARTS:
+            if len(self._ends) > MAX_RESTARTS:
                 self._give_up(f"it has ended {len(self._ends)} times ({how})")
                 return False
             try:

@@ -24,7 +24,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
-MOST_BYTES = 3_000_000
+MAX_WHEEL_BYTES = 3_000_000
 APPLICATIONS = {
     "application": ("moved 0.2 m", "action: 7", "lz4 /robot_status 5 dock"),
     "rospy_application": ("action: 7",),
@@ -92,7 +92,7 @@ def parts(wheel: Path) -> dict[str, bytes]:
 def check_wheel(wheel: Path) -> None:
     """Pure, small, complete, without tests; two requirements."""
     assert wheel.name.endswith("-py3-none-any.whl"), wheel.name
-    assert wheel.stat().st_size < MOST_BYTES, f"{wheel.stat().st_size} bytes"
+    assert wheel.stat().st_size < MAX_WHEEL_BYTES, f"{wheel.stat().st_size} bytes"
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         info = next(n for n in names if n.endswith(".dist-info/METADATA"))

@@ -28,7 +28,7 @@ ROBOT, MARK, PATH, SCAN = (220, 30, 30), (20, 150, 60), (30, 90, 220), (240, 130
 INK, PAPER, LINES = (40, 50, 60), (255, 255, 255), (206, 218, 232)
 LEFT, RIGHT, TOP, BOTTOM = 44, 12, 12, 44
 """Pixels of the margins."""
-_LONGEST, _SHORTEST = 4000, 400
+_MAX_PIXELS, _MIN_PIXELS = 4000, 400
 _APART = 40
 """Least pixels between two lines of the grid."""
 _NO_PILLOW = (
@@ -115,8 +115,8 @@ def _grey(grid: GridMap) -> tuple[NDArray[np.uint8], float]:
     A huge map is subsampled, a small one enlarged.
     """
     longest = max(grid.width, grid.height)
-    scale = 1 if longest >= _SHORTEST else min(8, math.ceil(_SHORTEST / longest))
-    step = max(1, math.ceil(longest / _LONGEST))
+    scale = 1 if longest >= _MIN_PIXELS else min(8, math.ceil(_MIN_PIXELS / longest))
+    step = max(1, math.ceil(longest / _MAX_PIXELS))
     grey = grid.to_grey()[::step, ::step]
     return np.repeat(np.repeat(grey, scale, axis=0), scale, axis=1), scale / (grid.resolution * step)
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _PANEL = 34
 _NARROW = 72
 _LOW = 14
-_LEAST = 3
+_MIN_REASON_LINES = 3
 """Lines of each reason, however little room there is."""
 _AROUND = 6.0
 """Metres shown in each direction where there is no map."""
@@ -100,11 +100,11 @@ class Screen:
         """Fit the panel; the reasons have priority over the rates."""
         texts = [] if scene.readiness is None else [reason.text for reason in scene.readiness.reasons]
         longest = max((len(_wrapped(text, columns)) for text in texts), default=0)
-        for most in range(min(longest, room), _LEAST, -1):
+        for most in range(min(longest, room), _MIN_REASON_LINES, -1):
             panel = list(self._panel(scene, columns, most))
             if len(_without_rates(panel)) <= room:
                 return _squeezed(panel, room)
-        return _squeezed(list(self._panel(scene, columns, _LEAST)), room)
+        return _squeezed(list(self._panel(scene, columns, _MIN_REASON_LINES)), room)
 
     def _panel(self, scene: Scene, columns: int, most: int) -> Iterable[list[Piece]]:
         yield from self._readiness(scene, columns, most)

@@ -69,7 +69,7 @@ def _as_uri(address: str | None) -> str:
     return f"http://{host}/" if has_port else f"http://{host}:{DEFAULT_PORT}/"
 
 
-LONGEST = 864_000.0
+MAX_TIMEOUT_SECONDS = 864_000.0
 """Seconds."""
 
 
@@ -107,7 +107,7 @@ def require_limit(timeout: float, name: str = "timeout") -> float:
                 timeout=timeout,
             )
         )
-    return min(seconds, LONGEST)
+    return min(seconds, MAX_TIMEOUT_SECONDS)
 
 
 def require_seconds(seconds: float) -> float:

@@ -160,7 +160,9 @@ def _words(name: str, ours: str, theirs: str) -> str:
 # partial set.
 
 # File names that Windows does not allow, with any extension.
-LONGEST = 251  # characters of a package or a type; with ".msg" 255, the limit of most file systems
+MAX_NAME_CHARACTERS = (
+    251  # characters of a package or a type; with ".msg" 255, the limit of most file systems
+)
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(1, 10))}
 
 
@@ -203,7 +205,7 @@ def why_not_kept(name: str, library: DefinitionLibrary) -> str:
     """Why a type, or one it uses, cannot be stored in files; "" if it can."""
     for used in [name, *library.dependencies(name)]:
         if problem := _unnameable(used):
-            return problem if used == name else f"{name[:LONGEST]} uses {problem}"
+            return problem if used == name else f"{name[:MAX_NAME_CHARACTERS]} uses {problem}"
     return ""
 
 
@@ -212,7 +214,7 @@ def _unnameable(name: str) -> str:
     package, _, base = name.partition("/")
     if {package.lower(), base.lower()} & _RESERVED:
         return f"{name}: a file cannot have this name on every system"
-    if max(len(package), len(base)) > LONGEST:
+    if max(len(package), len(base)) > MAX_NAME_CHARACTERS:
         return f"{short(name)}: longer than the name of a file may be"
     return ""
 

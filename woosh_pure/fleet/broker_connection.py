@@ -42,7 +42,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import Backoff
 from woosh_pure.fleet.config import Broker
-from woosh_pure.fleet.messages.parsing import MOST_BYTES
+from woosh_pure.fleet.messages.parsing import MAX_MESSAGE_BYTES
 
 if TYPE_CHECKING:
     import paho.mqtt.client as mqtt
@@ -59,7 +59,7 @@ _CONNECT_SECONDS = 2.0
 _UNREACHABLE_WAITS = (1, 2)  # first and longest wait for an unreachable broker, s
 _REJECTED_WAITS = (1.0, 2.0, 30.0, 0.5)  # arguments of `Backoff`, for a broker that ends the connection
 _STABLE_SECONDS = 2.0  # of a connection, after which the waits start again with the shortest
-_MAX_PACKET = MOST_BYTES + 65_600  # a message and its topic
+_MAX_PACKET_BYTES = MAX_MESSAGE_BYTES + 65_600  # a message and its topic
 _MAX_FILES = 1024  # of select() on POSIX
 _END_SECONDS = 1.0  # for the end of paho's thread
 
@@ -212,7 +212,7 @@ class BrokerConnection:
         client.on_message = self._guarded(self._on_message)
         client.on_publish = self._guarded(self._on_publish)
         if protocol == module.MQTTv5:
-            properties = _connect_properties(_MAX_PACKET)
+            properties = _connect_properties(_MAX_PACKET_BYTES)
             client.connect_async(
                 broker.host, broker.port, _KEEP_ALIVE, clean_start=True, properties=properties
             )

@@ -26,7 +26,7 @@ from woosh_pure.values import Parameters
 _SEVERE = 3  # level of a fault
 SILENT_AFTER = 1.5
 """Seconds without pose and velocity after which contact is lost; both arrive several times a second."""
-MOST_CORNERS = 100
+MAX_CORNERS = 100
 """Most corners of the path in a state."""
 STILL = 0.3
 """Seconds without motion after which the robot counts as standing."""
@@ -141,9 +141,9 @@ class ChassisMonitor:
             self._flag("parameters")
 
     def _on_path(self, path: Any) -> None:
-        """Keep at most `MOST_CORNERS` corners; a path in another frame than the map is ignored."""
+        """Keep at most `MAX_CORNERS` corners; a path in another frame than the map is ignored."""
         poses, frame = path.poses, path.header.frame_id.lstrip("/")
-        kept = [*poses[: -1 : max(1, -(-len(poses) // MOST_CORNERS))], *poses[-1:]]
+        kept = [*poses[: -1 : max(1, -(-len(poses) // MAX_CORNERS))], *poses[-1:]]
         points = ((pose.pose.position.x, pose.pose.position.y) for pose in kept)
         self._facts.path = tuple(points) if frame in ("map", "") else ()
         self._path_changed()

@@ -230,12 +230,12 @@ def factsheet_message(
             "width": max(ys) - min(ys), "length": max(xs) - min(xs),
         },
         "protocolLimits": {
-            "maxStringLens": {"msgLen": parsing.MOST_BYTES, "idLen": elements.LONGEST_ID,
+            "maxStringLens": {"msgLen": parsing.MAX_MESSAGE_BYTES, "idLen": elements.MAX_ID_CHARACTERS,
             "idNumericalOnly": False}, "maxArrayLens": {
-                "order.nodes": elements.MOST_NODES, "order.edges": elements.MOST_NODES - 1,
-                "node.actions": elements.MOST_ACTIONS, "edge.actions": elements.MOST_ACTIONS,
-                "actions.actionsParameters": elements.MOST_PARAMETERS, "instantActions":
-                elements.MOST_ACTIONS,
+                "order.nodes": elements.MAX_NODES, "order.edges": elements.MAX_NODES - 1,
+                "node.actions": elements.MAX_ACTIONS, "edge.actions": elements.MAX_ACTIONS,
+                "actions.actionsParameters": elements.MAX_PARAMETERS, "instantActions":
+                elements.MAX_ACTIONS,
             },
             "timing": timing,
         },

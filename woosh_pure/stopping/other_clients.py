@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 logger = get_logger("woosh_pure.stop")
 _ANSWER = 2.0  # seconds that the master has at least
 _TASK_FIRST = 0.5
-_LEAST = 1.0
+_MIN_STEP_SECONDS = 1.0
 """Seconds that every step may take, however near the deadline is."""
 _LOOK_AGAIN, _LONGER = 0.5, 10.0
 _FIRST_STATUS = 1.0  # seconds: a server sends its status 5 times a second
@@ -156,7 +156,7 @@ def cancel_others(run: StopRun) -> None:
 
 
 def _left(deadline: Deadline) -> float:
-    return max(_LEAST, deadline.remaining() or 0.0)
+    return max(_MIN_STEP_SECONDS, deadline.remaining() or 0.0)
 
 
 def _begin(work: Callable[[], None], deadline: Deadline) -> Job[None]:

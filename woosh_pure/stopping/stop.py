@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _WRITTEN = 0.5  # seconds for the first round, which takes a millisecond
 _SHORT, _LONG = 4.0, 20.0  # seconds on top of the time limit: the steps have bounds of their own
 _LISTENERS = 1.0  # seconds that subscribers of velocities have at least to connect
-_LONGEST = 3600.0  # seconds; the system's waits take no number as large as a float can be
+_MAX_TIMEOUT_SECONDS = 3600.0  # seconds; the system's waits take no number as large as a float can be
 _LOOK = 0.5  # seconds at least, to see whether it stands
 _STEADY = 1.0  # seconds for which it must stand still while another program may drive it
 
@@ -41,7 +41,7 @@ def stop_seconds(given: float) -> float:
         seconds = as_float(given)
     except (TypeError, ValueError):
         return 5.0
-    return min(seconds, _LONGEST) if seconds is not None and 0.0 <= seconds < math.inf else 5.0
+    return min(seconds, _MAX_TIMEOUT_SECONDS) if seconds is not None and 0.0 <= seconds < math.inf else 5.0
 
 
 def stop(components: Components, *, everything: bool, end_drivers: bool, timeout: float) -> StopReport:

@@ -22,7 +22,7 @@ def service_type(name: str) -> type[ServiceType]:
     return rosproto.service_class(name)
 
 
-_LARGEST = 3.4e38
+_MAX_FLOAT32 = 3.4e38
 
 
 def _new(name: str) -> DynamicMessage:
@@ -41,7 +41,7 @@ def require_finite(value: Any, what: str) -> Any:
     if isinstance(value, float):
         if not math.isfinite(value):
             raise ValueError(say("{what}: {value} is not finite; nothing was sent", what=what, value=value))
-        if abs(value) > _LARGEST:
+        if abs(value) > _MAX_FLOAT32:
             raise ValueError(
                 say("{what}: {value} is too large to be meant; nothing was sent", what=what, value=value)
             )

@@ -24,7 +24,7 @@ from woosh_pure.reasons import Readiness
 from woosh_pure.web.http_errors import Problem, for_clients, problem_of
 from woosh_pure.web.snapshot import reasons_part, said_part
 
-MOST_KEPT, MOST_RUNNING, MOST_KEYS = 200, 8, 1000
+MAX_KEPT_GOALS, MAX_RUNNING_GOALS, MAX_KEYS = 200, 8, 1000
 
 
 LENGTH = 200
@@ -276,12 +276,12 @@ class GoalManager:
             RosError, ValueError: The error of the verb. The journal notes it, too.
             Problem: Too many goals run already.
         """
-        if len(self.running) >= MOST_RUNNING:
+        if len(self.running) >= MAX_RUNNING_GOALS:
             raise Problem(
                 409,
                 "{most_running} goals are under way already; cancel one first",
                 "too-many-goals",
-                most_running=MOST_RUNNING,
+                most_running=MAX_RUNNING_GOALS,
             )
         number = str(next(self._numbers))
         entry = self._journal.begin(who, what, number)
@@ -297,7 +297,7 @@ class GoalManager:
         with self._lock:
             self._goals[number] = goal
             for old in [key for key, one in self._goals.items() if one.done]:
-                if len(self._goals) <= MOST_KEPT:
+                if len(self._goals) <= MAX_KEPT_GOALS:
                     break
                 del self._goals[old]
         threading.Thread(
@@ -341,7 +341,7 @@ class GoalManager:
                 404,
                 "goal {number!r} was not found; the last {most_kept} goals are kept",
                 number=number[:20],
-                most_kept=MOST_KEPT,
+                most_kept=MAX_KEPT_GOALS,
             )
         return goal
 
@@ -374,7 +374,7 @@ class IdempotentAnswers:
     carried out again and gets the first answer, also if that is a refusal. Safe from any thread.
     """
 
-    def __init__(self, most: int = MOST_KEYS) -> None:
+    def __init__(self, most: int = MAX_KEYS) -> None:
         self._most = most
         self._lock = threading.Lock()
         self._known: OrderedDict[tuple[str, str], _KeyedRequest] = OrderedDict()

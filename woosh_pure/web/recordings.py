@@ -20,7 +20,7 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.interface.recorded_topics import selection_of
 from woosh_pure.web.http_errors import Problem
 
-MAX_SECONDS, MOST_BYTES, MIN_FREE, MOST_KEPT = 3600.0, 1 << 30, 1 << 29, 20
+MAX_SECONDS, MAX_BYTES, MIN_FREE_BYTES, MAX_KEPT = 3600.0, 1 << 30, 1 << 29, 20
 NOT_WRITTEN = "the bag cannot be written; the log of the server says why"
 """Answers do not contain paths of this computer."""
 NO_ROOM = "the disk of the server is nearly full; the bag holds what came until then"
@@ -140,7 +140,7 @@ class RecordingManager:
                         id=one.id,
                         who=one.who,
                     )
-            for old in list(self._all)[: max(0, len(self._all) - MOST_KEPT + 1)]:
+            for old in list(self._all)[: max(0, len(self._all) - MAX_KEPT + 1)]:
                 try:
                     self._all[old].path.unlink(missing_ok=True)
                 except OSError as error:  # Windows, during a download; tried again
@@ -158,9 +158,9 @@ class RecordingManager:
                     selection=selection_of(camera=camera),
                     compression="lz4",
                     most_seconds=min(seconds or MAX_SECONDS, MAX_SECONDS),
-                    most_bytes=MOST_BYTES,
+                    most_bytes=MAX_BYTES,
                     buffer_bytes=64 << 20,
-                    least_free_bytes=MIN_FREE,
+                    least_free_bytes=MIN_FREE_BYTES,
                 )
             except BagError as error:
                 _logger.error("! a recording cannot begin: %s", error)

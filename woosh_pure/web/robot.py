@@ -32,13 +32,13 @@ class StopQueue:
     """Carries out the stops of one robot, in threads that no request and no other robot uses.
 
     Each request is a separate stop, also during another one, so that it ends motions begun meanwhile. While
-    `MOST` stops are under way, further requests wait for one of them, and become one stop.
+    `MAX_STOPS` stops are under way, further requests wait for one of them, and become one stop.
 
     Args:
         stop: Called as `stop(who, everything)`; stops, and reports whether the robot stands still.
     """
 
-    MOST = 8
+    MAX_STOPS = 8
 
     def __init__(self, stop: Callable[[str, bool], StopReport]) -> None:
         self._stop = stop
@@ -54,7 +54,7 @@ class StopQueue:
             future: Future[StopReport] = Future()
             future.set_running_or_notify_cancel()  # cancelling the wait does not end the stop
             self._due[everything] = who, future
-            if self._under_way >= self.MOST:
+            if self._under_way >= self.MAX_STOPS:
                 return future
             self._under_way += 1
         try:

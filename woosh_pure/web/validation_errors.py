@@ -13,7 +13,7 @@ from rosproto.sentence import both, led, say, sentence_of
 from rosproto.text import printable, short
 
 Schema = Mapping[str, Any]
-MOST_TOLD = 10
+MAX_ERRORS = 10
 
 
 def refusal(errors: Iterable[Mapping[str, Any]], schema: Schema, parts: Schema) -> str:
@@ -24,7 +24,7 @@ def refusal(errors: Iterable[Mapping[str, Any]], schema: Schema, parts: Schema) 
         schema: The schema of the checked value.
         parts: The schemas that `$ref` refers to, by name.
     """
-    told = [_one(error, schema, parts) for error in list(errors)[:MOST_TOLD]]
+    told = [_one(error, schema, parts) for error in list(errors)[:MAX_ERRORS]]
     return both(*dict.fromkeys(told))
 
 

@@ -19,7 +19,7 @@ KINDS = frozenset(
     ".stl .dae .obj .mtl .gltf .glb .bin .ply .urdf .xacro .sdf"
     " .png .jpg .jpeg .tif .tiff .webp .bmp .tga".split()
 )
-MOST_BYTES = 32 << 20
+MAX_ASSET_BYTES = 32 << 20
 
 
 class AssetAnswer:
@@ -82,9 +82,9 @@ class Assets:
             if not real.is_relative_to(home) or not real.is_file():
                 return None
             with real.open("rb") as file:
-                data = file.read(MOST_BYTES + 1)
+                data = file.read(MAX_ASSET_BYTES + 1)
         except OSError:
             return None
-        if len(data) > MOST_BYTES:
-            raise ValueError(f"{uri[:100]!r} is larger than {MOST_BYTES} bytes")
+        if len(data) > MAX_ASSET_BYTES:
+            raise ValueError(f"{uri[:100]!r} is larger than {MAX_ASSET_BYTES} bytes")
         return data

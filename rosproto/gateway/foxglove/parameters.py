@@ -16,7 +16,7 @@ from rosproto.node.parameters import ParameterSubscription
 _log = get_logger("rosproto.gateway")
 
 ASK_SECONDS = 3.0
-MOST = 10_000  # parameters sent to a client at a time
+MAX_PARAMETERS = 10_000  # parameters sent to a client at a time
 DEEPEST = 64
 
 
@@ -51,7 +51,7 @@ class ViewerParameters:
         Raises:
             RosError: The master does not answer.
         """
-        asked = list(names)[:MOST]
+        asked = list(names)[:MAX_PARAMETERS]
         wanted = self._keys(asked) if asked else ["/"]
         answers = self._node.master.several([("getParam", (key,)) for key in wanted], timeout=ASK_SECONDS)
         if not asked and isinstance(answers[0], MasterError):
@@ -62,7 +62,7 @@ class ViewerParameters:
             if not isinstance(value, MasterError)
             for leaf in self._visible(key, value)
         )
-        return dict(islice(pairs, MOST))
+        return dict(islice(pairs, MAX_PARAMETERS))
 
     def _keys(self, names: Iterable[str]) -> list[str]:
         """The full names of parameters, without those that are not names."""
@@ -138,7 +138,7 @@ class ViewerParameters:
     def _changed(self, key: str, value: object) -> None:
         pairs = list(self._visible(key, value))
         if pairs and not self._closed:
-            self._tell(pairs[:MOST])
+            self._tell(pairs[:MAX_PARAMETERS])
 
     def close(self) -> None:
         """Stop following all."""

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 from rosproto.gateway.rosbridge.action_mapping import ActionStatus
 from rosproto.json_fields import Expected, fits, flag, number, one_of, shown, whole
 
-LARGEST = 2**31 - 1
+MAX_WHOLE_NUMBER = 2**31 - 1
 """The largest whole number; larger sizes, rates and counts make no sense."""
 _COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 
@@ -34,7 +34,7 @@ class WrongMessage(Exception):
 
 def _seconds(value: Any, _longest: int) -> float | None:
     """None, "no time-out", for zero, negative numbers (from roslib) and anything else."""
-    return float(value) if type(value) in (int, float) and 0 < value <= LARGEST else None
+    return float(value) if type(value) in (int, float) and 0 < value <= MAX_WHOLE_NUMBER else None
 
 
 def _level(value: Any, _longest: int) -> Level:
@@ -62,8 +62,8 @@ _status = fits(
 Text = Annotated[str, _text]
 Name = Annotated[str, _name]
 Flag = Annotated[bool, flag]
-Count = Annotated[int, whole(0, LARGEST)]
-Size = Annotated[int, whole(1, LARGEST)]
+Count = Annotated[int, whole(0, MAX_WHOLE_NUMBER)]
+Size = Annotated[int, whole(1, MAX_WHOLE_NUMBER)]
 Seconds = Annotated[float, _seconds]
 Number = Annotated[float, number(-(2**63), 2**63)]
 Compression = Annotated[Literal["none", "png", "cbor", "cbor-raw"], _compression]

@@ -11,7 +11,7 @@ from math import isqrt
 
 from rosproto.gateway.chunks import ChunkedMessage
 
-MOST_BYTES = 256 << 10
+MAX_PICTURE_BYTES = 256 << 10
 """Longest text from a client: undoing the filters takes up to a microsecond for three bytes."""
 MAX_ROWS = 4096
 """Most rows of a client's picture; each takes ten microseconds."""
@@ -45,7 +45,7 @@ def publish_png(text: str | ChunkedMessage) -> str:
     return f'{{"op": "png", "data": "{pack(text)}"}}'
 
 
-def unpack(data: str, most_bytes: int = MOST_BYTES) -> str:
+def unpack(data: str, most_bytes: int = MAX_PICTURE_BYTES) -> str:
     """The text in a picture.
 
     Args:

@@ -37,14 +37,14 @@ from rosproto.gateway.rosbridge.operations import (
     read_operation,
     unread_request,
 )
-from rosproto.gateway.rosbridge.png import MOST_BYTES, PngError, unpack
+from rosproto.gateway.rosbridge.png import MAX_PICTURE_BYTES, PngError, unpack
 from rosproto.text import printable
 
 TOO_BIG = 1009
 """The WebSocket close code for a message that is too long."""
 
-_MOST_AT_ONCE = 100  # JSON objects in one WebSocket message
-_MOST_PICTURES = 4  # in one WebSocket message: a kilobyte may take a twentieth of a second to unpack
+_MAX_OBJECTS = 100  # JSON objects in one WebSocket message
+_MAX_PICTURES = 4  # in one WebSocket message: a kilobyte may take a twentieth of a second to unpack
 _WRAPPED = 2  # levels: a picture in fragments is read, deeper nesting is not
 
 
@@ -106,7 +106,7 @@ class Protocol:
             return [LongMessage(partial(self._text, text, now, depth, False))]
         requests: list[Request] = []
         try:
-            messages = self._json.read(text, _MOST_AT_ONCE)
+            messages = self._json.read(text, _MAX_OBJECTS)
         except JsonError as error:
             self._refuse(requests, f"the message {error}")
             return requests
@@ -160,9 +160,9 @@ class Protocol:
         if not isinstance(data, str):
             raise WrongMessage("field data is missing or no text; expected a picture in base64")
         self._pictures += 1
-        if self._pictures > _MOST_PICTURES:
-            raise WrongMessage(f"more than {_MOST_PICTURES} pictures in one message; send them one by one")
-        return unpack(data, min(MOST_BYTES, self._limits.message_bytes))
+        if self._pictures > _MAX_PICTURES:
+            raise WrongMessage(f"more than {_MAX_PICTURES} pictures in one message; send them one by one")
+        return unpack(data, min(MAX_PICTURE_BYTES, self._limits.message_bytes))
 
     def _refuse(
         self, requests: list[Request], text: str, id: Id = None, asked: Request | None = None

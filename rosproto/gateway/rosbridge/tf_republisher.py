@@ -48,7 +48,7 @@ MIN_PATIENCE, MAX_PATIENCE = 1.0, 60.0  # seconds that a topic stays without a s
 CLOSE_SECONDS = 2.0
 MAX_REMEMBERED = 1000  # goals of clients that have left
 MAX_FRAMES = 500  # of one goal
-HIGHEST_RATE = 100.0  # Hz
+MAX_RATE_HZ = 100.0  # Hz
 
 
 class TfOnDemand:
@@ -272,8 +272,8 @@ def _problem(goal: Any) -> str | None:
     """Return why a goal is refused, or None."""
     if len(goal.source_frames) > MAX_FRAMES:
         return f"{len(goal.source_frames)} frames, {MAX_FRAMES} are the most"
-    if not 0.0 < goal.rate <= HIGHEST_RATE:
-        return f"a rate of {goal.rate:g} Hz; expected more than 0, and {HIGHEST_RATE:g} at most"
+    if not 0.0 < goal.rate <= MAX_RATE_HZ:
+        return f"a rate of {goal.rate:g} Hz; expected more than 0, and {MAX_RATE_HZ:g} at most"
     if not (goal.angular_thres >= 0.0 and goal.trans_thres >= 0.0):
         return "a threshold is negative, or no number"
     try:

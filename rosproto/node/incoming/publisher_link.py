@@ -24,7 +24,7 @@ from rosproto.logs import get_logger
 from rosproto.node.definitions.md5sum_mismatch import RevisedType
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.incoming.publisher_link_state import (
-    LEAST,
+    MIN_WAIT_SECONDS,
     STEADY,
     LinkEvent,
     LinkState,
@@ -182,7 +182,7 @@ class PublisherLink:
         """Wait before the next try; return the event that ended the wait."""
         with self._condition:
             # Any node can cause any number of nudges, so the wait has a minimum.
-            least = min(seconds, LEAST)
+            least = min(seconds, MIN_WAIT_SECONDS)
             self._condition.wait_for(lambda: self.state is LinkState.CLOSED, least)
             seconds -= least
             self._condition.wait_for(lambda: self._nudged or self.state is LinkState.CLOSED, seconds)

@@ -10,7 +10,7 @@ The wait (`RetryPauses`) depends on the failure. An unreachable publisher is tri
 to 0.6 s, so that a restarted one is connected within a second. After a refusal: 0.5 s, doubling to 5 s. If
 the definitions differ: 30 s, doubling to 5 minutes, since each try logs a warning at the publisher. If
 sessions begin but end at once: up to 5 s; a session is a success after `STEADY`. When the master names the
-publisher again (a nudge), any wait ends, but not before `LEAST`.
+publisher again (a nudge), any wait ends, but not before `MIN_WAIT_SECONDS`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import enum
 from rosproto.transport.backoff import Backoff
 
 STEADY = 5.0  # seconds
-LEAST = 0.25  # seconds
+MIN_WAIT_SECONDS = 0.25  # seconds
 MISMATCH = (30.0, 300.0)  # seconds: the first and the longest wait when definitions differ
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 QUIET_SECONDS = 3.0  # without a datagram, before the publisher is asked
 LATE_SECONDS = 0.5
-MOST_BYTES = 1 << 16  # the limit of UDP for a datagram
+MAX_DATAGRAM_BYTES = 1 << 16  # the limit of UDP for a datagram
 
 
 class UdprosLink(TcprosLink):
@@ -107,7 +107,7 @@ class UdprosLink(TcprosLink):
         told = False
         while True:
             try:
-                datagram = sock.recv(MOST_BYTES)
+                datagram = sock.recv(MAX_DATAGRAM_BYTES)
             except TimeoutError:
                 self._ask_whether_connected(sock)
                 continue
@@ -159,7 +159,7 @@ class UdprosLink(TcprosLink):
             sock.setblocking(False)
             try:
                 while True:
-                    self._bytes += len(sock.recv(MOST_BYTES))
+                    self._bytes += len(sock.recv(MAX_DATAGRAM_BYTES))
             except BlockingIOError:
                 sock.settimeout(QUIET_SECONDS)
 

@@ -15,7 +15,7 @@ Bytes in the socket buffer cannot be withdrawn one by one. After a network outag
 would still deliver them, such as velocities half a minute old. Resetting the connection discards all of them.
 The monitor checks each link every `LOOK` seconds and resets it when
 
-* the oldest byte is older than `MOST_AGE` (small messages: velocities, states);
+* the oldest byte is older than `MAX_AGE_SECONDS` (small messages: velocities, states);
 * or, with more than `BULK` bytes under way, no byte arrived for that long: a subscriber that is behind a
   burst still makes progress while it reads;
 * or, with large messages (a map, images), no byte arrived and the other computer does not acknowledge: a
@@ -42,9 +42,9 @@ _log = get_logger("rosproto.node")
 
 
 LOOK = 0.5  # seconds between two checks; also the largest error of an age, and the detection delay
-MOST_AGE = 4.0  # seconds; stays below five with the check interval and the network delay
+MAX_AGE_SECONDS = 4.0  # seconds; stays below five with the check interval and the network delay
 BULK = 256 << 10  # bytes
-_MOST_MARKS = 64
+_MAX_MARKS = 64
 
 
 class Backlog:
@@ -61,7 +61,7 @@ class Backlog:
         self._moved = since  # when the last byte arrived
         self._looked = since
         self._acked: int | None = None
-        self._marks: deque[tuple[float, int]] = deque(maxlen=_MOST_MARKS)
+        self._marks: deque[tuple[float, int]] = deque(maxlen=_MAX_MARKS)
 
     def look(self, now: float, written: int, queue: UnsentBytes, *, large: bool) -> str:
         """Check the age of the bytes under way.
@@ -88,11 +88,11 @@ class Backlog:
             return ""
         age, still = now - self._since, now - self._moved
         if large:
-            stale = queue.in_flight and still >= MOST_AGE
+            stale = queue.in_flight and still >= MAX_AGE_SECONDS
         elif queue.waiting > BULK:
-            stale = still >= MOST_AGE
+            stale = still >= MAX_AGE_SECONDS
         else:
-            stale = age >= MOST_AGE
+            stale = age >= MAX_AGE_SECONDS
         if not stale:
             return ""
         what = "its computer does not answer" if queue.in_flight else "it does not read"
@@ -101,8 +101,8 @@ class Backlog:
 
 TICK = 0.001  # seconds; longest delay for the end of a burst, if this thread is scheduled
 IDLE_TICKS = 20  # ticks without a batch before the thread sleeps again
-MOST_IN_SELECT = 500  # sockets per thread; Windows' select() takes 512
-LONGEST_SLEEP = 5.0  # seconds; bounds every wait
+MAX_SELECT_SOCKETS = 500  # sockets per thread; Windows' select() takes 512
+MAX_SLEEP_SECONDS = 5.0  # seconds; bounds every wait
 
 
 class LinkMonitor:
@@ -197,7 +197,9 @@ class LinkMonitor:
         while not self._closing:
             while self._requests:
                 self._requests.popleft()()
-            sleep = LOOK if len(self._selector.get_map()) > 1 else LONGEST_SLEEP  # without links: no check
+            sleep = (
+                LOOK if len(self._selector.get_map()) > 1 else MAX_SLEEP_SECONDS
+            )  # without links: no check
             ready = self._selector.select(TICK if self._ticking else sleep)
             for key, events in ready:
                 self._serve(key.data, events)
@@ -246,7 +248,7 @@ class LinkMonitor:
 
     def _watch(self, link: QueuedLink, events: int) -> None:
         selector = self._selector
-        if isinstance(selector, selectors.SelectSelector) and len(selector.get_map()) > MOST_IN_SELECT:
+        if isinstance(selector, selectors.SelectSelector) and len(selector.get_map()) > MAX_SELECT_SOCKETS:
             self._watch_elsewhere(link, events)
             return
         try:

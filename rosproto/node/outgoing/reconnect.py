@@ -27,9 +27,9 @@ _log = get_logger("rosproto.node")
 GIVE_UP = 300.0  # seconds
 KNOCK = 1.0  # seconds between two attempts
 SETTLE = 0.2  # seconds in which most subscribers reconnect by themselves
-MOST = 32  # threads at a time in this process; further subscribers reconnect after their keep-alive
+MAX_THREADS = 32  # threads at a time in this process; further subscribers reconnect after their keep-alive
 
-_places = threading.BoundedSemaphore(MOST)
+_places = threading.BoundedSemaphore(MAX_THREADS)
 
 
 @dataclass(frozen=True)

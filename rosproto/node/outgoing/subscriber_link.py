@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from time import perf_counter, sleep
 
 from rosproto.node.outgoing.frames import LargeFrame, remaining
-from rosproto.node.outgoing.link_monitor import LOOK, MOST_AGE, Backlog, LinkMonitor
+from rosproto.node.outgoing.link_monitor import LOOK, MAX_AGE_SECONDS, Backlog, LinkMonitor
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
 from rosproto.transport.tcp import allow_repair, expect_acknowledgement, set_linger
 from rosproto.transport.unsent_bytes import unsent_bytes
@@ -113,7 +113,7 @@ class SubscriberLink(QueuedLink):
         self._repairing_since: float | None = None  # while the system sends lost bytes again
         self.cut: tuple[tuple[str, int], tuple[str, int]] | None = None
         # After the system itself has ended a connection, it no longer reports the two addresses.
-        self._ends = _ends(sock) if expect_acknowledgement(sock, round(MOST_AGE)) else None
+        self._ends = _ends(sock) if expect_acknowledgement(sock, round(MAX_AGE_SECONDS)) else None
         if greeting:
             # Like a partly sent message, it is never dropped, and all others wait behind it.
             self._queue.begin([memoryview(greeting)])

@@ -38,7 +38,7 @@ from rosproto.transport.uri import format_address
 
 logger = get_logger("rosproto.node")
 
-LONGEST_GUESS = 3.0  # seconds for a handshake at a cached address
+MAX_GUESS_SECONDS = 3.0  # seconds for a handshake at a cached address
 
 
 class _Refused(ServiceError):
@@ -270,7 +270,9 @@ class ServiceClient:
             return self._open_link(self._look_up(deadline), deadline, header)
         remaining = deadline.remaining()
         # A computer that is gone does not answer: leave time for the other address.
-        half = deadline.at_most(LONGEST_GUESS if remaining is None else min(LONGEST_GUESS, remaining / 2))
+        half = deadline.at_most(
+            MAX_GUESS_SECONDS if remaining is None else min(MAX_GUESS_SECONDS, remaining / 2)
+        )
         try:
             return self._open_link(remembered, half, header)
         except (ConnectionLost, RosTimeout, _Refused, Md5sumMismatch) as error:

@@ -19,9 +19,9 @@ from rosproto.transport.uri import parse_uri
 
 # A provider usually appears within a second. After that, two requests a second limit the load of a master
 # with many clients.
-FIRST_PAUSE = 0.02
-LONGEST_PAUSE = 0.5
-LONGEST_PROBE = 5.0  # seconds: a provider that is silent may be replaced by another one meanwhile
+FIRST_PAUSE_SECONDS = 0.02
+MAX_PAUSE_SECONDS = 0.5
+MAX_PROBE_SECONDS = 5.0  # seconds: a provider that is silent may be replaced by another one meanwhile
 
 
 def lookup(caller: CallerIdentity, service: str, deadline: Deadline) -> tuple[str, int]:
@@ -96,13 +96,13 @@ def wait(
     """
     deadline, pause, stop = (
         Deadline(timeout),
-        Backoff(FIRST_PAUSE, most=LONGEST_PAUSE),
+        Backoff(FIRST_PAUSE_SECONDS, most=MAX_PAUSE_SECONDS),
         stop or threading.Event(),
     )
     reason: RosError | None = None
     while True:
         try:
-            probe(caller, service, deadline.at_most(LONGEST_PROBE))
+            probe(caller, service, deadline.at_most(MAX_PROBE_SECONDS))
             return
         except RosError as error:
             # The last attempt may have had no time left for a result.

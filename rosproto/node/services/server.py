@@ -32,7 +32,7 @@ from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import interrupt
 from rosproto.transport.tcpros_io import write_header, write_steadily
 
-LONGEST_ERROR = 64 << 10  # bytes of error text
+MAX_ERROR_BYTES = 64 << 10  # bytes of error text
 
 
 def response_from(returned: Any, response_class: type) -> Any:
@@ -87,9 +87,9 @@ def error_text(error: BaseException) -> str:
 
 
 def encode_error(text: str) -> bytes:
-    """The answer to a failed call: ok byte 0, length, text in UTF-8 (at most `LONGEST_ERROR` bytes)."""
+    """The answer to a failed call: ok byte 0, length, text in UTF-8 (at most `MAX_ERROR_BYTES` bytes)."""
     body = text.encode("utf-8", "surrogateescape" if _has_escaped_bytes(text) else "backslashreplace")
-    body = body[:LONGEST_ERROR]
+    body = body[:MAX_ERROR_BYTES]
     return struct.pack("<BI", 0, len(body)) + body
 
 

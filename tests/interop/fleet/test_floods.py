@@ -18,7 +18,7 @@ from tests.support.light_chassis import LightChassis, moving
 from tests.support.mosquitto import Mosquitto, mosquitto
 from woosh_pure.fleet import Broker, Store, Vehicle, VehicleConfig
 from woosh_pure.fleet.inbox import MAX_MESSAGES
-from woosh_pure.fleet.messages.parsing import MOST_BYTES
+from woosh_pure.fleet.messages.parsing import MAX_MESSAGE_BYTES
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
 pytest.importorskip("paho.mqtt.client", reason="paho-mqtt is not installed")
@@ -108,7 +108,7 @@ def test_a_message_that_is_too_long_is_not_delivered(hall: Any) -> None:
     """The broker drops it, by the size limit of the connection, which stays up, and the vehicle obeys."""
     _, master, _ = hall
     told = len(master.all("connection"))
-    master.send("order", b"x" * (40 * MOST_BYTES))
+    master.send("order", b"x" * (40 * MAX_MESSAGE_BYTES))
     obeys(master, "after")
     assert len(master.all("connection")) == told, "it was not lost meanwhile"
     assert not any("validationError" in errors(state) for state in master.all())

@@ -255,7 +255,7 @@ def test_long_structs_are_not_kept_for_all_types(monkeypatch: pytest.MonkeyPatch
     assert decode(cls, encode(cls(b149=7))).b149 == 7
     assert (
         max(map(len, (form for form, _ in generated_source.shared_methods)), default=0)
-        <= generated_source.LONGEST_SHARED
+        <= generated_source.MAX_SHARED_CHARACTERS
     )
 
 

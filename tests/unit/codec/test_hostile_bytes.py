@@ -13,7 +13,7 @@ from rosproto.errors import CodecError, DefinitionError
 from rosproto.msg import Field, FieldType, MessageSpec
 from tests.support.memory import peak_of
 
-MOST = b"\xff\xff\xff\xff"
+MAX_COUNT = b"\xff\xff\xff\xff"
 SEPARATOR = "\n" + "=" * 80 + "\nMSG: "
 
 
@@ -51,13 +51,13 @@ def refused(cls: type, data: bytes) -> CodecError:
 )
 def test_a_length_bomb_is_refused(text: str) -> None:
     """4 GiB announced, a few bytes there: in each kind of field."""
-    error = refused(define("a/B", text), MOST + b"\0" * 100)
+    error = refused(define("a/B", text), MAX_COUNT + b"\0" * 100)
     assert error.field_path.startswith("x")
     assert error.offset in {0, 4}
 
 
 @pytest.mark.promise("Four billion elements without bytes cost their sender")
-@pytest.mark.parametrize("count", [MOST, b"\xff\xff\0\0"])
+@pytest.mark.parametrize("count", [MAX_COUNT, b"\xff\xff\0\0"])
 def test_a_count_bomb_of_elements_without_bytes_is_refused(count: bytes) -> None:
     """2**32-1 std_msgs/Empty cost the sender nothing."""
     cls = define("a/B", "E[] x" + SEPARATOR + "a/E\n")
@@ -94,7 +94,7 @@ def test_deep_arrays_are_decoded() -> None:
     data = b"\1\0\0\0" * 12 + b"\5"
     message = decode(cls, data)
     assert encode(message) == data
-    refused(cls, b"\1\0\0\0" * 11 + MOST)
+    refused(cls, b"\1\0\0\0" * 11 + MAX_COUNT)
 
 
 def test_a_wide_definition_works() -> None:

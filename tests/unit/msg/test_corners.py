@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.errors import DefinitionError
-from rosproto.files import MOST_BYTES
+from rosproto.files import MAX_FILE_BYTES
 from rosproto.msg import DefinitionLibrary, bundled, parse_message
 from rosproto.msg.definition_files import FileTree, ResourceTree
 from rosproto.msg.spec import unfolded
@@ -37,7 +37,7 @@ def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
 def test_a_definition_without_end_is_refused(tmp_path: Path) -> None:
     """Not read until the memory is gone: nobody writes a definition of 64 MiB."""
     (tmp_path / "Endless.msg").touch()
-    os.truncate(tmp_path / "Endless.msg", MOST_BYTES + 1)
+    os.truncate(tmp_path / "Endless.msg", MAX_FILE_BYTES + 1)
     with pytest.raises(DefinitionError, match="more than 67108864 bytes") as caught:
         FileTree(str(tmp_path)).read("Endless.msg")
     assert str(caught.value.file) == str(tmp_path / "Endless.msg")

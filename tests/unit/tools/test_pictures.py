@@ -8,14 +8,14 @@ import pytest
 
 from tools import pictures
 
-MOST_BYTES = 150_000
+MAX_BYTES = 150_000
 
 
 @pytest.mark.parametrize("name", ["watch.png", "map.png"])
 def test_a_picture_is_there_and_small(name: str) -> None:
     data = (pictures.folder / name).read_bytes()
     assert data.startswith(b"\x89PNG\r\n\x1a\n")
-    assert len(data) < MOST_BYTES
+    assert len(data) < MAX_BYTES
     width, height = struct.unpack(">II", data[16:24])
     assert 300 < width < 1200
     assert 200 < height < 800

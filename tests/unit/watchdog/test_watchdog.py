@@ -228,7 +228,7 @@ def test_an_interpreter_that_is_another_program_is_given_up(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """`sys.executable` of an embedded Python may be anything: it ends, or says what is not a line."""
-    monkeypatch.setattr("rosproto.watchdog.watchdog.MOST_RESTARTS", 0)
+    monkeypatch.setattr("rosproto.watchdog.watchdog.MAX_RESTARTS", 0)
     monkeypatch.setattr(sys, "executable", "/bin/echo")
     with caplog.at_level(logging.WARNING), Watchdog() as watchdog:
         watch = watchdog.watch(WatchedNode("http://127.0.0.1:1", "/x"))

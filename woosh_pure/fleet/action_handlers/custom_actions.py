@@ -18,7 +18,7 @@ from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.action_handlers.running_action import Handler, Task
 from woosh_pure.fleet.order.action_states import Parameter, Scope, SupportedAction
 
-_LONGEST_RESULT = 1000
+_MAX_RESULT_CHARACTERS = 1000
 _ENDS_SECONDS = 3.0  # for a program to end after SIGTERM
 
 
@@ -84,7 +84,7 @@ def _program(command: str) -> Handler:
             reader = threading.Thread(target=_watch, args=(process, task), daemon=True)
             reader.start()
             output, _ = process.communicate(given)
-        output = output.strip()[-_LONGEST_RESULT:]
+        output = output.strip()[-_MAX_RESULT_CHARACTERS:]
         if process.returncode:
             raise ChassisError(f"{name} ended with {process.returncode}: {output}")
         return output

@@ -24,14 +24,14 @@ from rosproto.json_fields import (
     whole,
 )
 
-MOST_NODES = 1000
-MOST_ACTIONS = 100  # of a node, an edge, or a message of instant actions
-MOST_PARAMETERS = 100
-LONGEST_ID = 256
-_LONGEST_TEXT = 4096
+MAX_NODES = 1000
+MAX_ACTIONS = 100  # of a node, an edge, or a message of instant actions
+MAX_PARAMETERS = 100
+MAX_ID_CHARACTERS = 256
+_MAX_TEXT_CHARACTERS = 4096
 _UINT32 = 2**32 - 1
 _PI = math.pi + 1e-6
-_LARGEST = 1e300
+_MAX_NUMBER = 1e300
 
 
 def _text(most: int) -> Check:
@@ -40,7 +40,7 @@ def _text(most: int) -> Check:
 
 def _is_value(value: Any, _longest: int) -> bool:
     return isinstance(value, (str, list, dict)) or (
-        isinstance(value, (int, float)) and abs(value) <= _LARGEST
+        isinstance(value, (int, float)) and abs(value) <= _MAX_NUMBER
     )
 
 
@@ -48,12 +48,12 @@ _angle = number(-_PI, _PI, "an angle of -pi to pi")
 _blocking = one_of(("NONE", "SOFT", "HARD"), "NONE, SOFT or HARD")
 _orientation_type = one_of(("GLOBAL", "TANGENTIAL"), "GLOBAL or TANGENTIAL")
 _object = fits(lambda value, _: isinstance(value, dict), "an object")
-Id = Annotated[str, _text(LONGEST_ID)]
-Text = Annotated[str, _text(_LONGEST_TEXT)]
+Id = Annotated[str, _text(MAX_ID_CHARACTERS)]
+Text = Annotated[str, _text(_MAX_TEXT_CHARACTERS)]
 Flag = Annotated[bool, flag]
 Count = Annotated[int, whole(0, _UINT32, f"a whole number of 0 to {_UINT32}")]
-Number = Annotated[float, number(-_LARGEST, _LARGEST)]
-Distance = Annotated[float, number(0.0, _LARGEST, "a number of at least 0")]
+Number = Annotated[float, number(-_MAX_NUMBER, _MAX_NUMBER)]
+Distance = Annotated[float, number(0.0, _MAX_NUMBER, "a number of at least 0")]
 Angle = Annotated[float, _angle]
 Value = Annotated[Any, fits(_is_value, "a list, an object, a text, a number, true or false")]
 
@@ -73,7 +73,7 @@ class _Parameter(NamedTuple):
     value: Value
 
 
-_read_parameters = listed(Reader(_Parameter, null=True), MOST_PARAMETERS, "a list of parameters")
+_read_parameters = listed(Reader(_Parameter, null=True), MAX_PARAMETERS, "a list of parameters")
 
 
 def _parameters(value: Any, longest: int) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def _turn(value: Any, longest: int) -> float:
 
 
 ACTION = Reader(Action, null=True)
-_actions = listed(ACTION, MOST_ACTIONS, "a list of actions")
+_actions = listed(ACTION, MAX_ACTIONS, "a list of actions")
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,8 +248,8 @@ class Order:
 
     id: Annotated[Id, "orderId"]
     update: Annotated[Count, "orderUpdateId"]
-    nodes: Annotated[tuple[Node, ...], listed(NODE, MOST_NODES)]
-    edges: Annotated[tuple[Edge, ...], listed(read_edge, MOST_NODES), REQUIRED] = ()
+    nodes: Annotated[tuple[Node, ...], listed(NODE, MAX_NODES)]
+    edges: Annotated[tuple[Edge, ...], listed(read_edge, MAX_NODES), REQUIRED] = ()
     zone_set: Annotated[Text, "zoneSetId"] = ""
     header: Annotated[Count, "headerId", REQUIRED] = 0
 
@@ -272,5 +272,5 @@ class Order:
 class InstantActions:
     """A message of instant actions."""
 
-    actions: Annotated[tuple[Action, ...], listed(ACTION, MOST_ACTIONS)]
+    actions: Annotated[tuple[Action, ...], listed(ACTION, MAX_ACTIONS)]
     header: Annotated[Count, "headerId", REQUIRED] = 0

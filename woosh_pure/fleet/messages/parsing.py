@@ -22,7 +22,7 @@ from rosproto.text import printable, short
 from woosh_pure.fleet.messages import elements
 from woosh_pure.fleet.messages.elements import ACTION, NODE, Action, Edge, Header, InstantActions, Node, Order
 
-MOST_BYTES = 1_000_000
+MAX_MESSAGE_BYTES = 1_000_000
 """Largest message; `msgLen` of the factsheet."""
 T = TypeVar("T")
 
@@ -92,8 +92,8 @@ def timestamp(seconds: float) -> str:
 
 def parse(payload: bytes | str) -> dict[str, Any]:
     """The JSON object of a message; raises `Invalid` for anything else."""
-    if len(payload) > MOST_BYTES:
-        raise Invalid("", f"at most {MOST_BYTES} bytes", f"{len(payload)} bytes")
+    if len(payload) > MAX_MESSAGE_BYTES:
+        raise Invalid("", f"at most {MAX_MESSAGE_BYTES} bytes", f"{len(payload)} bytes")
     try:
         found = json.loads(payload, parse_constant=_no_constant, object_pairs_hook=_each_key_once)
     except (ValueError, RecursionError) as error:

@@ -12,9 +12,9 @@ from typing import Any
 
 from rosproto.text import short
 
-MOST = 24
+MAX_ERRORS = 24
 """Order problems in one state message; the oldest are dropped."""
-_LONGEST = 500  # characters of a description, which may quote a received message
+_MAX_CHARACTERS = 500  # characters of a description, which may quote a received message
 
 
 class ErrorType:
@@ -67,9 +67,9 @@ class Problem:
         found: dict[str, Any] = {
             "errorType": self.kind,
             "errorReferences": [
-                {"referenceKey": k, "referenceValue": v[:_LONGEST]} for k, v in self.references.items()
+                {"referenceKey": k, "referenceValue": v[:_MAX_CHARACTERS]} for k, v in self.references.items()
             ],
-            "errorDescription": short(self.description, _LONGEST),
+            "errorDescription": short(self.description, _MAX_CHARACTERS),
             "errorLevel": self.level,
         }
         if hints and self.hint:
@@ -94,7 +94,7 @@ class Problems:
     """The errors that are reported now, each once.
 
     Attributes:
-        of_orders: Problems that stay until an order is accepted (6.6.4), at most `MOST`.
+        of_orders: Problems that stay until an order is accepted (6.6.4), at most `MAX_ERRORS`.
         standing: (key, problem) pairs that stay until the problem of the key is removed.
     """
 
@@ -111,7 +111,7 @@ class Problems:
     def added(self, problem: Problem) -> Problems:
         """A copy with a problem that is reported until an order is accepted."""
         others = [each for each in self.of_orders if each != problem]
-        return replace(self, of_orders=(*others, problem)[-MOST:])
+        return replace(self, of_orders=(*others, problem)[-MAX_ERRORS:])
 
     def with_key(self, key: str, problem: Problem | None) -> Problems:
         """A copy with another problem for a key; None removes it."""

@@ -36,9 +36,9 @@ from woosh_pure.fleet.order.tables import (
 )
 from woosh_pure.fleet.order.vehicle_limits import within_deviation
 
-MOST_ACTION_STATES = 1000
+MAX_ACTION_STATES = 1000
 """Action states that are kept; running actions are always kept."""
-MOST_REQUESTS = 32
+MAX_REQUESTS = 32
 """Ended stateRequest and factsheetRequest actions that are kept."""
 _REQUESTS = ("stateRequest", "factsheetRequest")
 
@@ -322,8 +322,8 @@ class Transition:
         dropped early."""
         states = self.state.action_states
         requests = [a for a in states if a.action.type in _REQUESTS and a.status.final]
-        gone = {id(each) for each in requests[:-MOST_REQUESTS]}
-        over = len(states) - len(gone) - MOST_ACTION_STATES
+        gone = {id(each) for each in requests[:-MAX_REQUESTS]}
+        over = len(states) - len(gone) - MAX_ACTION_STATES
         if over > 0:
             old = [each for each in states if each.status.final and id(each) not in gone]
             gone |= {id(each) for each in old[:over]}

@@ -28,7 +28,7 @@ from woosh_pure.web.live.hub import Hub
 from woosh_pure.web.live.page_driving import PageDriving
 from woosh_pure.web.snapshot import plain, stop_part
 
-MOST_TEXT = 4096
+MAX_TEXT_CHARACTERS = 4096
 GONE_SECONDS = 6.0
 """Seconds for which a disconnected page keeps the lease, to connect again."""
 GOING_AWAY = 1001
@@ -140,8 +140,10 @@ class Viewer:
                     self._page_driving.give()
                 return
             text = event.get("text")
-            if text is None or len(text) > MOST_TEXT:
-                raise BadMessage(say("expected text of at most {most_text} characters", most_text=MOST_TEXT))
+            if text is None or len(text) > MAX_TEXT_CHARACTERS:
+                raise BadMessage(
+                    say("expected text of at most {most_text} characters", most_text=MAX_TEXT_CHARACTERS)
+                )
             message = _document(text)
             if message.get("t") == "stop":  # also above the limit of messages
                 self._stop(message.get("n"))

@@ -25,7 +25,7 @@ from rosproto.transport.deadline import Deadline
 
 NAMESPACE = "/rosapi"
 CALL_SECONDS = 10.0
-MOST_TEXT = 1 << 20  # characters of one field; enough for a robot_description
+MAX_TEXT_CHARACTERS = 1 << 20  # characters of one field; enough for a robot_description
 
 Values = dict[str, object]
 
@@ -176,8 +176,10 @@ def _fields(type_name: str, args: object) -> dict[str, str]:
             )
         if not isinstance(value, str):
             raise RosapiError(f"rosapi/{type_name}.{name}: expected a string, got a {type(value).__name__}")
-        if len(value) > MOST_TEXT:
-            raise RosapiError(f"rosapi/{type_name}.{name}: {len(value)} characters, {MOST_TEXT} are the most")
+        if len(value) > MAX_TEXT_CHARACTERS:
+            raise RosapiError(
+                f"rosapi/{type_name}.{name}: {len(value)} characters, {MAX_TEXT_CHARACTERS} are the most"
+            )
         fields[name] = value
     return fields
 

@@ -14,7 +14,7 @@ from rosproto.transport.uri import is_loopback
 
 from .rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6, get_master_uri
 
-MOST_BYTES = 1 << 24  # of a header; real ones have some hundred
+MAX_HEADER_BYTES = 1 << 24  # of a header; real ones have some hundred
 
 
 def parse_http_host_and_port(url):
@@ -157,7 +157,7 @@ def read_ros_handshake_header(sock, b, buff_size):
     while True:
         data = b.getvalue()[: b.tell()]
         size = int.from_bytes(data[:4], "little")
-        if len(data) >= 4 and size > MOST_BYTES:
+        if len(data) >= 4 and size > MAX_HEADER_BYTES:
             raise ROSHandshakeException("a header of %s bytes is none; the stream is out of step" % size)
         if len(data) >= 4 and len(data) - 4 >= size:
             break

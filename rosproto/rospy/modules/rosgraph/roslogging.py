@@ -16,7 +16,7 @@ _NAMES = {
 }
 _RESET = "\033[0m"
 _plain = logging.Formatter()
-MOST_BYTES = 50000000  # of a log file; the previous file is kept
+MAX_LOG_BYTES = 50000000  # of a log file; the previous file is kept
 
 
 class LoggingException(Exception):
@@ -73,7 +73,7 @@ class _LogFile(RotatingFileHandler):
     """The node's log file, opened with the first record. When it cannot be written, records are dropped."""
 
     def __init__(self, path):
-        super().__init__(path, "a", MOST_BYTES, 1, encoding="utf-8", delay=True, errors="backslashreplace")
+        super().__init__(path, "a", MAX_LOG_BYTES, 1, encoding="utf-8", delay=True, errors="backslashreplace")
         self.setFormatter(logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s"))
 
     def handleError(self, record):

@@ -11,7 +11,7 @@ from genpy.message import get_message_class
 
 from rosproto import rates
 
-MOST = 50000  # messages in the window if no size is given
+MAX_WINDOW_MESSAGES = 50000  # messages in the window if no size is given
 _PARTS = ("start", "stop", "step")
 
 
@@ -223,7 +223,7 @@ class ROSTopicHz:
         self.lock = threading.Lock()
         self.filter_expr = filter_expr
         self.use_wtime = use_wtime
-        self.window_size = window_size if window_size >= 0 else MOST
+        self.window_size = window_size if window_size >= 0 else MAX_WINDOW_MESSAGES
         self._windows = defaultdict(lambda: rates.Window(self.window_size))
 
     def callback_hz(self, m, topic=None):
@@ -268,7 +268,7 @@ class ROSTopicDelay:
 
     def __init__(self, window_size):
         self.lock = threading.Lock()
-        self.window_size = window_size if window_size >= 0 else MOST
+        self.window_size = window_size if window_size >= 0 else MAX_WINDOW_MESSAGES
         self._window = rates.Window(self.window_size)
 
     @property

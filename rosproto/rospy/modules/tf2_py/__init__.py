@@ -16,8 +16,8 @@ from rospy.rostime import Time
 
 from rosproto.quaternion import from_matrix, to_matrix
 from rosproto.tf.tree import (
-    LONGEST_NAME,
     MAX_FRAMES,
+    MAX_NAME_CHARACTERS,
     MAX_SAMPLES,
     OLD,
     REPEATED,
@@ -180,7 +180,7 @@ class BufferCore:
         if problems:
             return
         with self._lock:
-            if max(len(child), len(parent)) > LONGEST_NAME or not self._tree.has_room(child):
+            if max(len(child), len(parent)) > MAX_NAME_CHARACTERS or not self._tree.has_room(child):
                 self._leave_out(child, authority)
                 return
             edge = self._tree.edges.get(child)
@@ -200,7 +200,7 @@ class BufferCore:
             self._told = True
             text = 'Ignoring transform for child_frame_id "%s" from authority "%s"'
             text += ": %d frames of %d characters at most"
-            _say("Error:", text % (child[:100], authority, MAX_FRAMES, LONGEST_NAME), 278)
+            _say("Error:", text % (child[:100], authority, MAX_FRAMES, MAX_NAME_CHARACTERS), 278)
 
     def clear(self):
         """Remove all transforms except static ones."""

@@ -8,7 +8,7 @@ from tf2_py import BufferCore
 from .buffer_interface import ZERO, BufferInterface
 
 DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
-LONGEST_JUMP = rospy.Duration(3.0)
+MAX_JUMP = rospy.Duration(3.0)
 
 
 class Buffer(BufferCore, BufferInterface):
@@ -69,7 +69,7 @@ class Buffer(BufferCore, BufferInterface):
             pause = timeout * self.CAN_TRANSFORM_POLLING_SCALE
             # Stop waiting if the clock jumps back, as after the restart of a bag.
             while rospy.Time.now() < began + timeout and not ask(*arguments)[0]:
-                if rospy.Time.now() + LONGEST_JUMP < began or rospy.is_shutdown():
+                if rospy.Time.now() + MAX_JUMP < began or rospy.is_shutdown():
                     break
                 rospy.sleep(pause)
         result = ask(*arguments)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.support.fleet import action, instant, order_json
 from woosh_pure.fleet.messages.parsing import (
-    MOST_BYTES,
+    MAX_MESSAGE_BYTES,
     Invalid,
     check_header,
     parse,
@@ -120,7 +120,7 @@ def test_what_does_not_fit_is_named(path: str, value: Any, where: str) -> None:
         b"\xff{}",
         b"{" * 50_000,
         b'{"a": ' * 5000,
-        b"{" + b" " * MOST_BYTES + b"}",
+        b"{" + b" " * MAX_MESSAGE_BYTES + b"}",
     ],
 )
 def test_what_is_no_object_of_json_is_invalid(text: bytes) -> None:

@@ -138,7 +138,7 @@ def test_an_order_that_is_extended_for_ever_fills_no_memory(
     vehicle: PureVehicle, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ended actions of long ago are forgotten; the ids go on."""
-    monkeypatch.setattr("woosh_pure.fleet.order.transition.MOST_ACTION_STATES", 40)
+    monkeypatch.setattr("woosh_pure.fleet.order.transition.MAX_ACTION_STATES", 40)
     vehicle.order(nodes="a")
     for n in range(1, 150):
         first, last = ("a", "b") if n % 2 else ("b", "a")

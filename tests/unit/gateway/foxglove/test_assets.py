@@ -59,7 +59,7 @@ def test_what_is_not_there_or_leads_out_or_is_too_large(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A link out of the package is not a file of it."""
-    monkeypatch.setattr(assets_module, "MOST_BYTES", 1000)
+    monkeypatch.setattr(assets_module, "MAX_ASSET_BYTES", 1000)
     assets = Assets([folder])
     with pytest.raises(FileNotFoundError):
         assets.fetch("package://my_robot/meshes/other.stl")

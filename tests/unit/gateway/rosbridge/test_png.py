@@ -10,7 +10,7 @@ import zlib
 import numpy as np
 import pytest
 
-from rosproto.gateway.rosbridge.png import MOST_BYTES, PngError, pack, publish_png, unpack
+from rosproto.gateway.rosbridge.png import MAX_PICTURE_BYTES, PngError, pack, publish_png, unpack
 from rosproto.numeric.pngfile import SIGNATURE, encode_png
 from tests.support.memory import peak_of
 from tests.support.png import read_png
@@ -56,7 +56,7 @@ def picture(width: int, height: int, raw: bytes, *, kind: int = 2, depth: int = 
         (picture(2, 1, b"\0\xff\xff\xff\xff\xff\xff"), "the picture's bytes are not UTF-8"),
         (picture(2, 1, b"\0\0\0", kind=0), "1 channels; expected red, green and blue"),
         (base64.b64encode(encode_png(np.zeros((2, 2, 4), np.uint8))).decode(), "4 channels"),
-        ("A" * (MOST_BYTES * 4 // 3 + 5), "more than the limit of 262144 bytes"),
+        ("A" * (MAX_PICTURE_BYTES * 4 // 3 + 5), "more than the limit of 262144 bytes"),
     ],
 )
 def test_what_is_no_such_picture(data: str, why: str) -> None:

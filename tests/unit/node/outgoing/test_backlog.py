@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import pytest
 
-from rosproto.node.outgoing.link_monitor import BULK, LOOK, MOST_AGE, Backlog
+from rosproto.node.outgoing.link_monitor import BULK, LOOK, MAX_AGE_SECONDS, Backlog
 from rosproto.transport.unsent_bytes import UnsentBytes
 
 
@@ -26,12 +26,12 @@ def cut_at(looks: Iterable[tuple[int, int]], *, large: bool = False, in_flight: 
 )
 def test_velocities_into_silence() -> None:
     """Twenty a second, none acknowledged: four seconds after the first."""
-    assert cut_at((520 * n, 0) for n in range(1, 60)) == pytest.approx(MOST_AGE)
+    assert cut_at((520 * n, 0) for n in range(1, 60)) == pytest.approx(MAX_AGE_SECONDS)
 
 
 def test_one_small_message_is_enough() -> None:
     """A goal that waits for the network is as late as a velocity."""
-    assert cut_at((100, 0) for _ in range(60)) == pytest.approx(MOST_AGE)
+    assert cut_at((100, 0) for _ in range(60)) == pytest.approx(MAX_AGE_SECONDS)
 
 
 def test_what_arrives_a_second_late_all_the_time_is_not_too_old() -> None:
@@ -49,7 +49,7 @@ def test_small_messages_that_trickle_through_are_too_old_all_the_same() -> None:
     """A network that carries a tenth: something arrives at each look, and it is ever older."""
     cut = cut_at((500 * n, 50 * n) for n in range(1, 100))
     assert cut is not None
-    assert MOST_AGE <= cut <= MOST_AGE + 2 * LOOK
+    assert MAX_AGE_SECONDS <= cut <= MAX_AGE_SECONDS + 2 * LOOK
 
 
 def test_a_burst_gets_on_as_long_as_some_of_it_arrives() -> None:
@@ -57,14 +57,14 @@ def test_a_burst_gets_on_as_long_as_some_of_it_arrives() -> None:
     size = 4 * BULK
     behind = [(size, 1000 * n) for n in range(1, 40)]
     assert cut_at(behind, in_flight=False) is None
-    assert cut_at([(size, 1000)] * 60, in_flight=False) == pytest.approx(MOST_AGE + LOOK, abs=LOOK)
+    assert cut_at([(size, 1000)] * 60, in_flight=False) == pytest.approx(MAX_AGE_SECONDS + LOOK, abs=LOOK)
 
 
 def test_large_messages_to_a_slow_subscriber_are_its_own_affair() -> None:
     """An hour for one image; but when its computer does not even acknowledge, it is the network."""
     assert cut_at([(1 << 20, 1 << 19)] * 7200, large=True, in_flight=False) is None
     cut = cut_at([(1 << 20, 1 << 19)] * 60, large=True, in_flight=True)
-    assert cut == pytest.approx(MOST_AGE, abs=2 * LOOK)
+    assert cut == pytest.approx(MAX_AGE_SECONDS, abs=2 * LOOK)
 
 
 def test_a_map_over_a_slow_network_arrives() -> None:

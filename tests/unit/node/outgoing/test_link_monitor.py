@@ -102,7 +102,7 @@ def test_a_link_that_fails_costs_only_itself(monitor: LinkMonitor, caplog: pytes
 def narrow(monkeypatch: pytest.MonkeyPatch) -> Iterator[LinkMonitor]:
     """As on Windows, where select() takes few sockets: three for each thread here."""
     monkeypatch.setattr(selectors, "DefaultSelector", selectors.SelectSelector)
-    monkeypatch.setattr(link_monitor, "MOST_IN_SELECT", 3)
+    monkeypatch.setattr(link_monitor, "MAX_SELECT_SOCKETS", 3)
     monitor = LinkMonitor("narrow")
     yield monitor
     monitor.close()

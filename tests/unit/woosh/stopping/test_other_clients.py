@@ -75,7 +75,7 @@ def test_a_program_that_something_starts_at_once_again_is_asked_again(
 def test_who_came_too_late_to_be_asked_is_not_said_to_have_been(
     graph: Graph, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(other_clients, "_LEAST", 0.2)
+    monkeypatch.setattr(other_clients, "_MIN_STEP_SECONDS", 0.2)
     monkeypatch.setattr(other_clients, "_LOOK_AGAIN", 60.0)
     graph.looks = lambda look: ["/driver"] if look < 2 else ["/driver", "/late"]
     report = graph.end_them(0.0)

@@ -35,7 +35,7 @@ def test_an_old_bag_that_cannot_be_deleted_is_deleted_later(
 ) -> None:
     """Windows deletes no file that a client is downloading. The new recording begins all the same."""
     monkeypatch.setattr(recordings, "Recorder", FinishedRecorder)
-    monkeypatch.setattr(recordings, "MOST_KEPT", 1)
+    monkeypatch.setattr(recordings, "MAX_KEPT", 1)
     chassis: Any = SimpleNamespace(node=None)
     manager = RecordingManager(chassis, tmp_path)
     first = manager.begin("anna")

@@ -3,7 +3,7 @@
 import { button, el, fill, say } from "./dom.js";
 import { bytes, t } from "./i18n.js";
 
-export const LARGEST = 256e6; // bytes; a larger file is left to the browser's own download
+export const MAX_BYTES = 256e6; // bytes; a larger file is left to the browser's own download
 
 export class Download {
   constructor({ rest, path, name, label = "rec.download", id = null }) {

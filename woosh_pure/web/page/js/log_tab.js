@@ -1,7 +1,7 @@
 // The tab Log: the journal of commands; recordings with their download; the files of the map.
 
 import { button, byId, el, fill, icon } from "./dom.js";
-import { Download, LARGEST } from "./download.js";
+import { Download, MAX_BYTES } from "./download.js";
 import { bytes, clock, current, has, number, onLanguage, t, word } from "./i18n.js";
 import { attempt, toast } from "./toast.js";
 import { whatText, whoText } from "./command_words.js";
@@ -73,7 +73,7 @@ export class LogTab {
   row(one) {
     const path = `recordings/${encodeURIComponent(one.id)}/bag`;
     const name = one.name ?? `${one.id}.bag`;
-    const large = one.bytes > LARGEST;
+    const large = one.bytes > MAX_BYTES;
     return el("li", { class: `saved ${FAILED.has(one.end) ? "bad" : ""}` },
       FAILED.has(one.end) ? icon("warn") : null,
       el("div", { class: "grow" }, el("p", {}, el("strong", {}, name)), el("p", { class: "quiet" }, doneOf(one))),

@@ -2,7 +2,7 @@
 
 import { placeLabels } from "./mark_labels.js";
 
-const LEAST = 24; // pixels: the smallest symbol of the robot
+const MIN_SYMBOL_PIXELS = 24; // pixels: the smallest symbol of the robot
 const PI2 = 2 * Math.PI;
 
 export function paintOf(element) {
@@ -114,12 +114,12 @@ function label(context, paint, text, px, py) {
   context.fillText(text, px, py);
 }
 
-// The robot's outline as the current path, not smaller than LEAST.
+// The robot's outline as the current path, not smaller than MIN_SYMBOL_PIXELS.
 function outline(context, view, footprint) {
   const known = footprint && footprint.length > 2;
   const corners = known ? footprint : [[0.3, 0.3], [-0.3, -0.3]];
   const extent = (at) => Math.max(...corners.map((one) => one[at])) - Math.min(...corners.map((one) => one[at]));
-  const scale = Math.max(view.scale, LEAST / Math.max(Math.min(extent(0), extent(1)), 0.01));
+  const scale = Math.max(view.scale, MIN_SYMBOL_PIXELS / Math.max(Math.min(extent(0), extent(1)), 0.01));
   context.beginPath();
   if (known) {
     footprint.forEach(([x, y]) => context.lineTo(x * scale, -y * scale));

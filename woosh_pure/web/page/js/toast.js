@@ -4,14 +4,14 @@ import { byId, el, icon } from "./dom.js";
 
 const SECONDS = { ok: 4, wait: 4, ask: 9, bad: 9 };
 const ICONS = { ok: "ok", wait: "wait", ask: "ask", bad: "warn" };
-const MOST = 3;
+const MAX_TOASTS = 3;
 
 export function toast(text, kind = "ok") {
   const box = byId("toasts");
   const note = el("div", { class: `toast ${kind}` }, icon(ICONS[kind]), el("span", {}, text));
   note.onclick = () => note.remove();
   box.append(note);
-  while (box.children.length > MOST) box.firstChild.remove();
+  while (box.children.length > MAX_TOASTS) box.firstChild.remove();
   setTimeout(() => note.remove(), SECONDS[kind] * 1000);
 }
 
