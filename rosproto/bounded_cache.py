@@ -21,12 +21,12 @@ class BoundedCache(Generic[K, V]):
     """A thread-safe cache with a limit on entries and on weight.
 
     Args:
-        most: Most entries.
+        max_entries: Most entries.
         weight: Most weight of all entries together; a heavier single entry is not stored.
     """
 
-    def __init__(self, most: int, weight: int = 1 << 62) -> None:
-        self.most = most
+    def __init__(self, max_entries: int, weight: int = 1 << 62) -> None:
+        self.max_entries = max_entries
         self.weight = weight
         self._entries: OrderedDict[K, tuple[V, int]] = OrderedDict()
         self._weight = 0
@@ -49,7 +49,7 @@ class BoundedCache(Generic[K, V]):
                 return
             self._entries[key] = value, weight
             self._weight += weight
-            while len(self._entries) > self.most or self._weight > self.weight:
+            while len(self._entries) > self.max_entries or self._weight > self.weight:
                 self._take(next(iter(self._entries)))
 
     def _take(self, key: K) -> None:

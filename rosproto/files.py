@@ -17,40 +17,40 @@ MAX_FILE_BYTES = 64 << 20
 """Default limit of a file that is read whole."""
 
 
-def read_file(path: str | os.PathLike[str], most: int = MAX_FILE_BYTES) -> bytes:
+def read_file(path: str | os.PathLike[str], limit: int = MAX_FILE_BYTES) -> bytes:
     """Read a whole file.
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It has more than `most` bytes, or does not end.
+        ValueError: It has more than `limit` bytes, or does not end.
     """
     with open(path, "rb") as file:
-        data = file.read(most + 1)
-    if len(data) > most:
-        raise ValueError(f"{os.fspath(path)}: more than {most} bytes; is this the right file?")
+        data = file.read(limit + 1)
+    if len(data) > limit:
+        raise ValueError(f"{os.fspath(path)}: more than {limit} bytes; is this the right file?")
     return data
 
 
-def read_text(path: str | os.PathLike[str], encoding: str = "utf-8", most: int = MAX_FILE_BYTES) -> str:
+def read_text(path: str | os.PathLike[str], encoding: str = "utf-8", limit: int = MAX_FILE_BYTES) -> str:
     """Read a whole text file; line ends become `\\n`.
 
     Raises:
         OSError: It cannot be read.
-        ValueError: It has more than `most` bytes, does not end, or is not text.
+        ValueError: It has more than `limit` bytes, does not end, or is not text.
     """
-    text = read_file(path, most).decode(encoding)
+    text = read_file(path, limit).decode(encoding)
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_stream(stream: TextIO, name: str, most: int = MAX_FILE_BYTES) -> str:
+def read_stream(stream: TextIO, name: str, limit: int = MAX_FILE_BYTES) -> str:
     """Read a whole text stream, such as stdin.
 
     Raises:
-        ValueError: It has more than `most` characters, or does not end.
+        ValueError: It has more than `limit` characters, or does not end.
     """
-    text = stream.read(most + 1)
-    if len(text) > most:
-        raise ValueError(f"{name}: more than {most} characters; is this the right input?")
+    text = stream.read(limit + 1)
+    if len(text) > limit:
+        raise ValueError(f"{name}: more than {limit} characters; is this the right input?")
     return text
 
 

@@ -75,34 +75,34 @@ def shown(value: Any) -> str:
 
 
 def fits(test: Callable[[Any, int], bool], expected: str) -> Check:
-    """A check that takes a value as it is, if it fits; `{longest}` in the text is the longest text."""
+    """A check that takes a value as it is, if it fits; `{max_characters}` in the text is the longest text."""
 
-    def check(value: Any, longest: int) -> Any:
-        if test(value, longest):
+    def check(value: Any, max_characters: int) -> Any:
+        if test(value, max_characters):
             return value
-        raise Expected(expected.format(longest=longest))
+        raise Expected(expected.format(max_characters=max_characters))
 
     return check
 
 
-def whole(least: int, most: int, expected: str = "") -> Check:
+def whole(low: int, high: int, expected: str = "") -> Check:
     """A check for whole numbers, also those that are written as 3.0."""
-    expected = expected or f"a whole number from {least} to {most}"
+    expected = expected or f"a whole number from {low} to {high}"
 
-    def check(value: Any, _longest: int) -> int:
+    def check(value: Any, _max_characters: int) -> int:
         number = int(value) if isinstance(value, float) and value.is_integer() else value
-        if type(number) is int and least <= number <= most:
+        if type(number) is int and low <= number <= high:
             return number
         raise Expected(expected)
 
     return check
 
 
-def number(least: float, most: float, expected: str = "a number") -> Check:
+def number(low: float, high: float, expected: str = "a number") -> Check:
     """A check for finite numbers, which become floats."""
 
-    def check(value: Any, _longest: int) -> float:
-        if type(value) in (int, float) and least <= value <= most:
+    def check(value: Any, _max_characters: int) -> float:
+        if type(value) in (int, float) and low <= value <= high:
             return float(value)
         raise Expected(expected)
 
@@ -114,18 +114,18 @@ def one_of(words: Sequence[str], expected: str) -> Check:
     return fits(lambda value, _: isinstance(value, str) and value in words, expected)
 
 
-def listed(check: Check, most: int | None = None, expected: str = "a list") -> Check:
+def listed(check: Check, max_items: int | None = None, expected: str = "a list") -> Check:
     """A check that makes a tuple of a list; `check` is that of the items."""
 
-    def read(value: Any, longest: int) -> tuple[Any, ...]:
+    def read(value: Any, max_characters: int) -> tuple[Any, ...]:
         if not isinstance(value, list):
             raise Expected(expected)
-        if most is not None and len(value) > most:
-            raise FieldError("", f"at most {most} of them", len(value))
+        if max_items is not None and len(value) > max_items:
+            raise FieldError("", f"at most {max_items} of them", len(value))
         found = []
         for item in value:
             try:
-                found.append(check(item, longest))
+                found.append(check(item, max_characters))
             except (Expected, FieldError) as error:
                 raise _at(f"[{len(found)}]", error, item) from None
         return tuple(found)
@@ -178,7 +178,7 @@ class Reader(Generic[T]):
             for found in _field(each, hints[each.name], null)
         )
 
-    def arguments(self, document: dict[str, Any], longest: int = 0) -> dict[str, Any]:
+    def arguments(self, document: dict[str, Any], max_characters: int = 0) -> dict[str, Any]:
         """The fields of an object by attribute; those left out are not in it.
 
         Raises:
@@ -192,12 +192,12 @@ class Reader(Generic[T]):
                     continue
                 value = MISSING
             try:
-                found[attribute] = check(value, longest)
+                found[attribute] = check(value, max_characters)
             except (Expected, FieldError) as error:
                 raise _at(name, error, value) from None
         return found
 
-    def __call__(self, value: Any, longest: int = 0) -> T:
+    def __call__(self, value: Any, max_characters: int = 0) -> T:
         """Read an object.
 
         Raises:
@@ -206,7 +206,7 @@ class Reader(Generic[T]):
         """
         if not isinstance(value, dict):
             raise Expected("an object")
-        return self.make(**self.arguments(value, longest))
+        return self.make(**self.arguments(value, max_characters))
 
 
 def _field(each: inspect.Parameter, hint: Any, null: bool) -> list[Field]:

@@ -21,10 +21,10 @@ MAX_PER_MESSAGE = 10  # with the same `about` and message, in one window
 MAX_IN_ALL = 100
 
 
-def cut(text: object, most: int = MAX_CHARACTERS) -> str:
+def cut(text: object, limit: int = MAX_CHARACTERS) -> str:
     """The text, or its beginning and the number of characters left out."""
     whole = str(text)
-    return whole if len(whole) <= most else f"{whole[:most]}... ({len(whole) - most} characters more)"
+    return whole if len(whole) <= limit else f"{whole[:limit]}... ({len(whole) - limit} characters more)"
 
 
 class PeerLog:
@@ -94,16 +94,16 @@ class _RateLimit:
         left_out: Records left out since the last one that was logged.
     """
 
-    __slots__ = ("_begun", "_left", "_most", "left_out")
+    __slots__ = ("_begun", "_left", "_limit", "left_out")
 
-    def __init__(self, most: int) -> None:
-        self._most = self._left = most
+    def __init__(self, limit: int) -> None:
+        self._limit = self._left = limit
         self._begun = -WINDOW
         self.left_out = 0
 
     def allows(self, now: float) -> bool:
         if now - self._begun >= WINDOW:
-            self._begun, self._left = now, self._most
+            self._begun, self._left = now, self._limit
         self._left -= 1
         return self._left >= 0
 

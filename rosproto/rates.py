@@ -24,8 +24,8 @@ class Statistics(NamedTuple):
     """
 
     mean: float
-    least: float
-    most: float
+    minimum: float
+    maximum: float
     deviation: float
     messages: int
 
@@ -130,17 +130,17 @@ def bandwidth_text(bandwidth: Bandwidth, now: float) -> str | None:
         return None
     sizes = bandwidth.sizes
     divisor, unit = (1.0, "B") if per_second < 1e3 else (1e3, "KB") if per_second < 1e6 else (1e6, "MB")
-    rate, mean, least, most = (
+    rate, mean, minimum, maximum = (
         f"{value / divisor:.2f}{unit}"
         for value in (per_second, sum(sizes) / len(sizes), min(sizes), max(sizes))
     )
-    return f"average: {rate}/s\n\tmean: {mean} min: {least} max: {most} window: {len(sizes)}"
+    return f"average: {rate}/s\n\tmean: {mean} min: {minimum} max: {maximum} window: {len(sizes)}"
 
 
 def hz_table(found: Mapping[str, Statistics | None]) -> str:
     """The output of `rostopic hz` for several topics: left-aligned columns under centred titles."""
     rows = [
-        (topic, *(f"{v:.4}" for v in (s.rate, s.least, s.most, s.deviation)), str(s.messages))
+        (topic, *(f"{v:.4}" for v in (s.rate, s.minimum, s.maximum, s.deviation)), str(s.messages))
         for topic, s in found.items()
         if s is not None
     ]

@@ -51,15 +51,15 @@ class RosoutLog:
 
     Args:
         path: The file; older ones are `<path>.1` (the latest) to `<path>.10`.
-        most_bytes: Size at which a new file is begun.
+        max_bytes: Size at which a new file is begun.
 
     Raises:
         OSError: It cannot be opened.
     """
 
-    def __init__(self, path: str | os.PathLike[str], *, most_bytes: int = MAX_FILE_BYTES) -> None:
+    def __init__(self, path: str | os.PathLike[str], *, max_bytes: int = MAX_FILE_BYTES) -> None:
         self.path = os.fspath(path)
-        self._most_bytes = most_bytes
+        self._max_bytes = max_bytes
         self._failing = False
         self._file: IO[str] | None = self._open()
         self._write(f"\n\n{time.time():.9f}  Node Startup\n")
@@ -88,7 +88,7 @@ class RosoutLog:
             if self._file is None:
                 self._file = self._open()
             self._file.write(text)
-            if self._file.tell() > self._most_bytes:
+            if self._file.tell() > self._max_bytes:
                 self._begin_next()
             self._failing = False
         except OSError as error:

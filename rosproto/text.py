@@ -45,9 +45,9 @@ def _escape(code: int) -> str:
     return f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
-def short(text: str, most: int = 60) -> str:
-    """The text; if it has more than `most` characters, its beginning and "...", together `most`."""
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+def short(text: str, limit: int = 60) -> str:
+    """The text; if it has more than `limit` characters, its beginning and "...", together `limit`."""
+    return text if len(text) <= limit else f"{text[: limit - 3]}..."
 
 
 def width(text: str) -> int:

@@ -28,17 +28,23 @@ class WorkerPool:
 
     Args:
         name: Of the threads: "rosproto:..." or "woosh:...".
-        most: Maximum number of threads, urgent tasks excepted.
+        max_threads: Maximum number of threads, urgent tasks excepted.
         daemon: Whether a program may end before the tasks are done.
         idle_seconds: A thread without work ends after this. It keeps a program alive unless it is a daemon.
         in_caller: Whether `add` runs the task itself when no thread can be started; otherwise it raises.
     """
 
     def __init__(
-        self, name: str, most: int, *, daemon: bool, idle_seconds: float = LINGER, in_caller: bool = False
+        self,
+        name: str,
+        max_threads: int,
+        *,
+        daemon: bool,
+        idle_seconds: float = LINGER,
+        in_caller: bool = False,
     ) -> None:
         self._name = name
-        self._most = most
+        self._max_threads = max_threads
         self._daemon = daemon
         self._idle_seconds = idle_seconds
         self._in_caller = in_caller
@@ -60,7 +66,7 @@ class WorkerPool:
             if self._idle >= len(self._waiting):
                 self._changed.notify()
                 return task
-            if self._threads >= self._most and not urgent:
+            if self._threads >= self._max_threads and not urgent:
                 return task
             self._threads += 1
         run = partial(self._run, self._idle_seconds)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 LAYERS = [
+    "rosproto.deprecation",
     "rosproto.text",
     "rosproto.json_values",
     "rosproto.json_fields",

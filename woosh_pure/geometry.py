@@ -270,10 +270,10 @@ def _check_polygon(points: Sequence[tuple[float, float]]) -> None:
         if math.hypot(x, y) > _MAX_CORNER_METRES:
             raise ValueError(
                 say(
-                    "footprint corner ({x}, {y}) is more than {largest:g} m away; give metres",
+                    "footprint corner ({x}, {y}) is more than {maximum:g} m away; give metres",
                     x=x,
                     y=y,
-                    largest=_MAX_CORNER_METRES,
+                    maximum=_MAX_CORNER_METRES,
                 )
             )
     edges = list(zip(points, (*points[1:], points[0]), strict=True))

@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from rosproto.coercion import as_float
+from rosproto.deprecation import former_names
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 
@@ -24,6 +25,7 @@ __all__ = ["DEFAULT_SECONDS", "MAX_SECONDS", "ChassisLease", "LeaseState"]
 
 DEFAULT_SECONDS = 60.0
 MAX_SECONDS = 3600.0
+__getattr__ = former_names(__name__, {"MOST_SECONDS": "MAX_SECONDS"})
 MAX_ASKING = 16
 """Further requests are refused: clients fill this list, so it is bounded."""
 _logger = get_logger("woosh_pure.lease")
@@ -238,9 +240,9 @@ def _seconds(seconds: float) -> float:
     if not (math.isfinite(seconds) and 0.0 < seconds <= MAX_SECONDS):
         raise ValueError(
             say(
-                "seconds={seconds}: expected more than 0 and at most {most_seconds:g}",
+                "seconds={seconds}: expected more than 0 and at most {max_seconds:g}",
                 seconds=seconds,
-                most_seconds=MAX_SECONDS,
+                max_seconds=MAX_SECONDS,
             )
         )
     return seconds

@@ -294,9 +294,9 @@ class Peripherals:
         if max_speed > MAX_SPEED:
             raise ValueError(
                 say(
-                    "max_speed={max_speed:g}: more than {most:g} m/s; is it in another unit?",
+                    "max_speed={max_speed:g}: more than {maximum:g} m/s; is it in another unit?",
                     max_speed=max_speed,
-                    most=MAX_SPEED,
+                    maximum=MAX_SPEED,
                 )
             )
         for name, value in (("waiting_timeout", waiting_timeout), ("max_speed", max_speed)):

@@ -18,6 +18,7 @@ from typing import Any
 from rosproto.action.types import action_type as classes_of
 from rosproto.action.types import part_from
 from rosproto.codec import Message
+from rosproto.deprecation import former_parameters
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node import Node
@@ -137,7 +138,7 @@ class ActionServer:
         concurrent: Work on many goals at once.
         check: Called with each new goal message, in the receiving thread, so it must be quick. Returns None
             to accept the goal, or why it is rejected.
-        most_goals: More goals than this under way or waiting are rejected.
+        max_goals: More goals than this under way or waiting are rejected.
 
     Raises:
         DefinitionError: No such action type.
@@ -150,6 +151,7 @@ class ActionServer:
         type: Its classes: `server.type.result` and so on.
     """
 
+    @former_parameters(most_goals="max_goals")
     def __init__(
         self,
         node: Node,
@@ -159,14 +161,14 @@ class ActionServer:
         *,
         concurrent: bool = False,
         check: Callable[[Any], str | None] | None = None,
-        most_goals: int = MAX_GOALS,
+        max_goals: int = MAX_GOALS,
         clock: Clock = SYSTEM,
     ) -> None:
         self._node = node
         self._handler = handler
         self._check = check
         self._concurrent = concurrent
-        self._most_goals = most_goals
+        self._max_goals = max_goals
         self._clock = clock
         self.type = classes_of(action_type, getattr(node, "revisions", None))
         self.name = node.resolve_name(name)
@@ -295,8 +297,8 @@ class ActionServer:
             self._queue(goal)
 
     def _reason_to_reject(self, goal: ServerGoal) -> str | None:
-        if len(self._live) > self._most_goals:
-            return f"more than {self._most_goals} goals are under way"
+        if len(self._live) > self._max_goals:
+            return f"more than {self._max_goals} goals are under way"
         if self._check is None:
             return None
         try:

@@ -101,8 +101,8 @@ class AdmissionPolicy:
         if isinstance(origins, str):
             raise ValueError(f"origins are a list of texts; for one alone write [{origins!r}]")
         if token is not None and len(token) < MIN_TOKEN:
-            text = "the token is too short (length {count}); use at least {least} random characters"
-            raise ValueError(say(text, count=len(token), least=MIN_TOKEN))
+            text = "the token is too short (length {count}); use at least {minimum} random characters"
+            raise ValueError(say(text, count=len(token), minimum=MIN_TOKEN))
         if token is not None and not (token.isascii() and token.isprintable() and " " not in token):
             raise ValueError(say("the token cannot be sent in a header; use ASCII letters and digits"))
         self.needs_token = token is not None
@@ -120,10 +120,10 @@ class AdmissionPolicy:
         """
         if not self.needs_token and not is_loopback(bind):
             text = (
-                "--bind {bind} lets other computers connect: give a token (--token-file, at least {least} "
+                "--bind {bind} lets other computers connect: give a token (--token-file, at least {minimum} "
                 "random characters; in a program token=...), or listen on 127.0.0.1"
             )
-            raise ValueError(say(text, bind=bind or "''", least=MIN_TOKEN))
+            raise ValueError(say(text, bind=bind or "''", minimum=MIN_TOKEN))
 
     def check_headers(self, header: Header, scheme: str, *, changes: bool) -> AdmissionRefusal | None:
         """Check Host, and Origin where a request may change something or reads on (a WebSocket).

@@ -8,11 +8,13 @@ cancelled task stays open. Here such an object is returned or closed, and closin
 from __future__ import annotations
 
 import asyncio
+import warnings
 from collections.abc import Awaitable, Callable, Generator
 from concurrent.futures import Future
 from functools import partial
 from typing import Any, Generic, Protocol, TypeVar
 
+from rosproto.deprecation import former_parameters
 from rosproto.logs import get_logger
 from rosproto.worker_pool import WorkerPool
 
@@ -22,20 +24,41 @@ T = TypeVar("T")
 
 
 class Pool:
-    """At most `most` daemon threads; further calls wait for a free one, except those that close something.
-    Idle threads end by themselves.
+    """A limited number of daemon threads; further calls wait for a free one, except those that close
+    something. Idle threads end by themselves.
 
     Args:
-        most: Most threads at a time.
+        max_threads: Most threads at a time.
         idle_seconds: A thread without work ends after this.
         name: Of the threads.
         daemon: Whether a program may end before the calls have returned.
     """
 
+    @former_parameters(most="max_threads")
     def __init__(
-        self, most: int = 64, *, idle_seconds: float = 10.0, name: str = "rosproto:aio", daemon: bool = True
+        self,
+        max_threads: int = 64,
+        *,
+        idle_seconds: float = 10.0,
+        name: str = "rosproto:aio",
+        daemon: bool = True,
     ) -> None:
-        self._workers = WorkerPool(name, most, daemon=daemon, idle_seconds=idle_seconds)
+        self._max_threads, self._idle_seconds = max_threads, idle_seconds
+        self._workers = WorkerPool(name, max_threads, daemon=daemon, idle_seconds=idle_seconds)
+
+    @property
+    def most(self) -> int:
+        """Deprecated: what was passed as `max_threads`."""
+        warnings.warn("Pool.most will be removed; keep what you pass", DeprecationWarning, stacklevel=2)
+        return self._max_threads
+
+    @property
+    def idle_seconds(self) -> float:
+        """Deprecated: what was passed as `idle_seconds`."""
+        warnings.warn(
+            "Pool.idle_seconds will be removed; keep what you pass", DeprecationWarning, stacklevel=2
+        )
+        return self._idle_seconds
 
     async def run(
         self,

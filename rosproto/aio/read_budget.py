@@ -176,9 +176,9 @@ class BudgetedProtocol(asyncio.Protocol):
             self._budget.ask(self)
         self._read_or_pause()
 
-    def parse(self, most: int) -> bool:
-        """Parse `most` bytes; return whether there is more to parse."""
-        begin, self._next = self._next, self._next + most
+    def parse(self, size: int) -> bool:
+        """Parse `size` bytes; return whether there is more to parse."""
+        begin, self._next = self._next, self._next + size
         piece = self._bytes[begin : self._next]
         if self._next >= len(self._bytes):
             self._bytes, self._next = b"", 0

@@ -170,7 +170,7 @@ class ChunkData:
 
 
 def read_chunk(
-    source: BagFile, info: ChunkInfo, span: int, *, with_index: bool = True, most: int | None = None
+    source: BagFile, info: ChunkInfo, span: int, *, with_index: bool = True, max_bytes: int | None = None
 ) -> ChunkData:
     """Read and decompress a chunk.
 
@@ -179,7 +179,7 @@ def read_chunk(
         info: The chunk; a `partial` one is read up to its end.
         span: Bytes up to the next chunk: the chunk and the index records after it.
         with_index: Also read the index records.
-        most: Bytes it may have, stored or uncompressed; None: as many as `BagLimits` allow.
+        max_bytes: Bytes it may have, stored or uncompressed; None: as many as `BagLimits` allow.
 
     Raises:
         BagError: It is damaged, or larger.
@@ -189,9 +189,9 @@ def read_chunk(
     head = _chunk_head(source, info.pos, whole)
     chunk = ChunkHeader.from_fields(head.fields)
     size = max(chunk.size, head.data_size)
-    most = source.limits.chunk_bytes if most is None else min(most, source.limits.chunk_bytes)
-    if size > most:
-        raise source.error(f"a chunk of {size} bytes, at most {most} are read", info.pos)
+    max_bytes = source.limits.chunk_bytes if max_bytes is None else min(max_bytes, source.limits.chunk_bytes)
+    if size > max_bytes:
+        raise source.error(f"a chunk of {size} bytes, at most {max_bytes} are read", info.pos)
     in_file = source.size - head.data_pos
     if head.data_size or not info.partial:  # a crashed recorder leaves 0 here, followed by its data
         in_file = min(in_file, head.data_size)
@@ -214,7 +214,7 @@ def read_chunk(
     declared = chunk.size
     if info.partial and not declared:
         # A crashed recorder left no size: allow the most that a chunk of this length can expand to.
-        declared = min(most, source.limits.expansion_spare + source.limits.expansion * len(packed))
+        declared = min(max_bytes, source.limits.expansion_spare + source.limits.expansion * len(packed))
     source.allow_unpacking(info.pos, declared)
     try:
         if info.partial:

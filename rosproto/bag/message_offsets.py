@@ -82,8 +82,8 @@ class MessageTable(NamedTuple):
         """Rows from `low` to `high`, ns, both included; None is unbounded."""
         if low is None and high is None:
             return self
-        time, least, most = self.time, -1 if low is None else low, 1 << 62 if high is None else high
-        return self.take((time >= least) & (time <= most))
+        time, first, last = self.time, -1 if low is None else low, 1 << 62 if high is None else high
+        return self.take((time >= first) & (time <= last))
 
     def in_time_order(self) -> MessageTable:
         """Rows sorted by time, then by position in the file."""
@@ -126,16 +126,16 @@ def walk(
     Raises:
         BagError: A record is damaged, or there are too many.
     """
-    most = end - base if room is None else room
+    limit = end - base if room is None else room
     others = 0
     places: list[MessageLocation] = []
     connections: list[Connection] = []
     at = base
     try:
         while at < end:
-            if len(places) + others >= most:
+            if len(places) + others >= limit:
                 raise BagError(
-                    f"more than {most} records in a compressed chunk; it is damaged or made to keep its "
+                    f"more than {limit} records in a compressed chunk; it is damaged or made to keep its "
                     "readers busy, or raise BagLimits.records",
                     offset=at - base,
                 )

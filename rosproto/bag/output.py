@@ -167,10 +167,10 @@ class ChunkWriter:
         while self._bytes > AHEAD_BYTES:
             self.drain(1)
 
-    def drain(self, most: int | None = None) -> None:
-        """Wait until all added chunks (or the first `most`) are in the file, or writing has failed."""
+    def drain(self, limit: int | None = None) -> None:
+        """Wait until all added chunks (or the first `limit`) are in the file, or writing has failed."""
         with self._writing:
-            first = [chunk.packed for chunk in islice(self._order, most)]
+            first = [chunk.packed for chunk in islice(self._order, limit)]
         wait(first)
         self._write_ready()
 

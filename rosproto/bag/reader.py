@@ -422,13 +422,13 @@ class BagReader:
         ]
         return sorted(chunks, key=lambda c: (c.start, c.pos))
 
-    def _read_chunk(self, info: ChunkInfo, most: int | None = None) -> ChunkData:
-        """Read a chunk of at most `most` bytes, in any thread.
+    def _read_chunk(self, info: ChunkInfo, max_bytes: int | None = None) -> ChunkData:
+        """Read a chunk of at most `max_bytes` bytes, in any thread.
 
         Raises:
             BagError: The chunk is damaged or larger.
         """
-        return read_chunk(self._source, info, self._spans[info.pos], most=most)
+        return read_chunk(self._source, info, self._spans[info.pos], max_bytes=max_bytes)
 
     def _rows(self, info: ChunkInfo, wanted: Collection[int]) -> MessageTable | None:
         """A chunk's wanted messages; None if it is damaged and skipped."""

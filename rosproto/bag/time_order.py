@@ -209,8 +209,8 @@ def _batches_of(
     weight = np.cumsum(_weights(rows))
     first = 0
     while first < len(pieces):
-        most = BUDGET_BYTES + (int(weight[first - 1]) if first else 0)
-        end = max(first + 1, int(np.searchsorted(weight, most, "right")))
+        maximum = BUDGET_BYTES + (int(weight[first - 1]) if first else 0)
+        end = max(first + 1, int(np.searchsorted(weight, maximum, "right")))
         yield _copied(rows.take(slice(first, end)), pieces[first:end], held)
         first = end
 

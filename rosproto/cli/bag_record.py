@@ -113,14 +113,14 @@ def recorder_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "chunk_bytes": arguments.chunksize * 1024,
         "split_bytes": size if splits else None,
         "split_seconds": arguments.duration if splits else None,
-        "most_bytes": None if splits else size,
-        "most_seconds": None if splits else arguments.duration,
+        "max_bytes": None if splits else size,
+        "max_seconds": None if splits else arguments.duration,
         "keep": arguments.max_splits,
         "repeat_latched": not arguments.no_repeat_latched,
         "limit": arguments.limit,
         "announce": arguments.publish,
         "form": arguments.format,
-        "least_free_bytes": int(arguments.min_space * MB),
+        "min_free_bytes": int(arguments.min_space * MB),
         "buffer_bytes": int(arguments.buffsize * MB) or 1 << 62,
     }
 

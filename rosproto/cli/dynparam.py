@@ -129,10 +129,10 @@ def _get(arguments: argparse.Namespace) -> None:
 def _describe(arguments: argparse.Namespace) -> None:
     with open_node(arguments) as node:
         description = _heard(arguments, node, "parameter_descriptions", "ConfigDescription")
-    least, most, usual = (values_of(part) for part in (description.min, description.max, description.dflt))
+    low, high, usual = (values_of(part) for part in (description.min, description.max, description.dflt))
     facts = [
         {
-            "name": one.name, "type": one.type, "min": least.get(one.name), "max": most.get(one.name),
+            "name": one.name, "type": one.type, "min": low.get(one.name), "max": high.get(one.name),
             "default": usual.get(one.name), "description": one.description, "level": one.level,
         }
         for one in _parameters(description)

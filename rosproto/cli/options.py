@@ -88,14 +88,14 @@ def count(text: str) -> int:
     return _whole(text, 1)
 
 
-def _whole(text: str, least: int) -> int:
+def _whole(text: str, minimum: int) -> int:
     try:
         value = to_int(text)
     except ValueError:
-        value = least - 1
-    if value < least:
+        value = minimum - 1
+    if value < minimum:
         raise argparse.ArgumentTypeError(
-            say("{text} is not a whole number from {least}", text=_shown(text), least=least)
+            say("{text} is not a whole number from {minimum}", text=_shown(text), minimum=minimum)
         )
     return value
 

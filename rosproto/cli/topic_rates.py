@@ -69,7 +69,7 @@ def _windows(arguments: argparse.Namespace) -> dict[str, Window]:
 def _figures(found: Statistics | None, what: str) -> dict[str, float] | None:
     if found is None:
         return None
-    figures = {f"mean_{what}": found.mean, f"min_{what}": found.least, f"max_{what}": found.most}
+    figures = {f"mean_{what}": found.mean, f"min_{what}": found.minimum, f"max_{what}": found.maximum}
     figures |= {"std_dev": found.deviation, "count": found.messages - 1}
     if what == "interval" and found.mean > 0:
         figures["rate"] = found.rate

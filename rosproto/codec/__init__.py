@@ -6,14 +6,13 @@ with the first array.
 
 from __future__ import annotations
 
-import warnings
-
 from rosproto.codec.classes import define, message_class, service_class
 from rosproto.codec.conversion import Conversion, ValuesLost, differences
 from rosproto.codec.encode_decode import decode, decoder, encode, encode_parts, encoder, prepare
 from rosproto.codec.message import AnyMsg, DynamicMessage, Message, ServiceType
 from rosproto.codec.text import strify_message
 from rosproto.codec.value_style import ValueStyle
+from rosproto.deprecation import former_names
 
 __all__ = [
     "AnyMsg",
@@ -36,10 +35,4 @@ __all__ = [
     "strify_message",
 ]
 
-
-def __getattr__(name: str) -> object:
-    """Resolve `Flavour`, the former name of `ValueStyle`, with a DeprecationWarning."""
-    if name != "Flavour":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warnings.warn("rosproto.codec.Flavour is now ValueStyle", DeprecationWarning, stacklevel=2)
-    return ValueStyle
+__getattr__ = former_names(__name__, {"Flavour": "ValueStyle"})

@@ -244,13 +244,13 @@ def _number(kind: str, name: str, type_name: str) -> Convert:
     code = FORMATS[kind]
     if code in "fd":
         return float
-    least, most = RANGES_BY_CODE[code]
+    low, high = RANGES_BY_CODE[code]
 
     def check(value: Any) -> int:
         whole = int(value) if value == value and abs(value) != float("inf") else None
-        if whole is None or whole != value or not least <= whole <= most:
+        if whole is None or whole != value or not low <= whole <= high:
             raise CodecError(
-                f"{value!r} does not fit {kind} ({least} to {most}), which the other side has for it",
+                f"{value!r} does not fit {kind} ({low} to {high}), which the other side has for it",
                 type_name=type_name,
                 field_path=name,
             )

@@ -9,8 +9,7 @@ limits for a client (`GatewayLimits`). Nothing is written to the graph unless `A
 
 from __future__ import annotations
 
-import warnings
-
+from rosproto.deprecation import former_names
 from rosproto.gateway.access import Access, Refusal
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.foxglove.server import Foxglove, FoxgloveStats
@@ -37,13 +36,4 @@ __all__ = [
     "TopicDescription",
 ]
 
-_RENAMED = {"Tap": "SharedSubscription", "Taps": "SharedSubscriptions"}
-
-
-def __getattr__(name: str) -> object:
-    """The former names of two classes, with a DeprecationWarning."""
-    if name not in _RENAMED:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warnings.warn(f"rosproto.gateway.{name} is now {_RENAMED[name]}", DeprecationWarning, stacklevel=2)
-    found: object = globals()[_RENAMED[name]]
-    return found
+__getattr__ = former_names(__name__, {"Tap": "SharedSubscription", "Taps": "SharedSubscriptions"})

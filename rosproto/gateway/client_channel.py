@@ -29,7 +29,7 @@ class ClientSession(Protocol):
     """Handles the messages of one client; the server calls it."""
 
     @property
-    def longest(self) -> int:
+    def max_message_bytes(self) -> int:
         """Longest next message in bytes; a longer one ends the connection unread."""
 
     async def received(self, data: str | bytes) -> None:

@@ -50,10 +50,10 @@ class GatewayState:
         self.publications = ClientPublications(node, self.velocity_watchdog, watchdog=watchdog)
 
     @property
-    def longest_message(self) -> int:
+    def max_message_bytes(self) -> int:
         """Longest message of a client in bytes: less where nothing may be written."""
-        most = self.limits.message_bytes
-        return most if self.access.writes_anything else min(READER_BYTES, most)
+        limit = self.limits.message_bytes
+        return limit if self.access.writes_anything else min(READER_BYTES, limit)
 
     def close(self, timeout: float) -> None:
         """Release everything, after the sessions have ended."""

@@ -50,21 +50,21 @@ class JsonReader:
     """Reads the texts of all clients of a gateway; from any thread.
 
     Args:
-        most_values: Values and keys of one text.
+        max_values: Values and keys of one text.
         nesting: Arrays and objects inside one another.
     """
 
-    def __init__(self, most_values: int, nesting: int) -> None:
-        self._most_values = most_values
+    def __init__(self, max_values: int, nesting: int) -> None:
+        self._max_values = max_values
         self._nesting = nesting
         self._turn = threading.Lock()
 
-    def read(self, text: str | bytes, most: int = 1) -> list[Any]:
+    def read(self, text: str | bytes, max_documents: int = 1) -> list[Any]:
         """Return the JSON values of a text, which follow one another; an empty list for an empty text.
 
         Args:
             text: The text; bytes are taken for UTF-8.
-            most: The most values.
+            max_documents: Most documents in the text.
 
         Raises:
             JsonError: It is not JSON, or has too many values.
@@ -75,23 +75,23 @@ class JsonReader:
             except UnicodeDecodeError as error:
                 raise JsonError(f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
         values = _values_in(text)
-        if values > self._most_values:
+        if values > self._max_values:
             raise JsonError(
-                f"has {values} values and keys, and at most {self._most_values} are taken; a gateway that is "
+                f"has {values} values and keys, and at most {self._max_values} are taken; a gateway that is "
                 "started with a larger --message-bytes takes one for every ten bytes of it"
             )
         if len(text) <= SHORT and values <= SHORT_VALUES:
-            return self._decoded(text, most, values)
+            return self._decoded(text, max_documents, values)
         with self._turn:
-            return self._decoded(text, most, values)
+            return self._decoded(text, max_documents, values)
 
-    def _decoded(self, text: str, most: int, values: int) -> list[Any]:
+    def _decoded(self, text: str, max_documents: int, values: int) -> list[Any]:
         found: list[Any] = []
         at, end = 0, len(text.rstrip())
         try:
             while at < end:
-                if len(found) == most:
-                    raise JsonError(f"is more than {most} at once; send them one by one")
+                if len(found) == max_documents:
+                    raise JsonError(f"is more than {max_documents} at once; send them one by one")
                 value, at = _decoder.raw_decode(text, _blanks(text, at).end())
                 if values > self._nesting:
                     self._check_nesting(value)

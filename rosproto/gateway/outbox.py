@@ -14,6 +14,7 @@ from collections import Counter, OrderedDict, deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
+from rosproto.deprecation import former_parameters
 from rosproto.gateway.client_limits import GatewayLimits
 
 T = TypeVar("T")
@@ -79,13 +80,14 @@ class Outbox(Generic[T]):
         if was_empty and self._wake is not None:
             self._wake()
 
-    def take(self, most: int | None = None) -> T | None:
-        """The oldest payload; None when there is none, or when it has more than `most` bytes."""
+    @former_parameters(most="max_bytes")
+    def take(self, max_bytes: int | None = None) -> T | None:
+        """The oldest payload; None when there is none, or when it has more than `max_bytes` bytes."""
         with self._lock:
             if not self._queue:
                 return None
             number, (_, size, payload) = next(iter(self._queue.items()))
-            if most is not None and size > most:
+            if max_bytes is not None and size > max_bytes:
                 return None
             self._remove(number)
             return payload

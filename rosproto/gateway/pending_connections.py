@@ -62,10 +62,10 @@ class Listener(socket.socket):
         connection = _Accepted(self.family, self.type, socket.IPPROTO_TCP, fileno=accepted.detach())
         connection.listener, connection.key = self, key_of(address)
         replaced = self.slots.replaced
-        most = max_connections(connection.fileno(), self.open_ones) - len(self.open_ones) + len(self.slots)
+        room = max_connections(connection.fileno(), self.open_ones) - len(self.open_ones) + len(self.slots)
         self.open_ones.add(connection.fileno())
         # Always admitted: each slot is replaceable.
-        self.slots.admit(connection.key, connection.end, time.monotonic(), max(AT_ONCE, most))
+        self.slots.admit(connection.key, connection.end, time.monotonic(), max(AT_ONCE, room))
         if self.slots.replaced > replaced:
             self._refused["too many handshakes at a time"] += 1
         return connection, address

@@ -153,10 +153,10 @@ class _Reader:
             if kind is float or (kind is int and value.bit_length() <= 1023):
                 return self.real(field, float(value), path)
         elif kind is int:
-            least, greatest = RANGES_BY_CODE[field.code]
-            if least <= value <= greatest:
+            low, high = RANGES_BY_CODE[field.code]
+            if low <= value <= high:
                 return value
-            raise self.wrong(f"{least} to {greatest}", value, path)
+            raise self.wrong(f"{low} to {high}", value, path)
         raise self.wrong(_WORDS.get(field.code, "a whole number"), value, path)
 
     def text(self, value: str, path: str) -> str:
@@ -187,12 +187,12 @@ class _Reader:
             raise self.wrong(f"an object {{{names}}}" + ', or "now"' * (field.base == "time"), value, path)
         if not value and present is not None:
             return present
-        least, greatest = RANGES_BY_CODE[field.code[0]]
+        low, high = RANGES_BY_CODE[field.code[0]]
         parts = []
         for name in self.parts:
             part = value.get(name, 0)
-            if type(part) is not int or not least <= part <= greatest:
-                raise self.wrong(f"a whole number from {least} to {greatest}", part, f"{path}.{name}")
+            if type(part) is not int or not low <= part <= high:
+                raise self.wrong(f"a whole number from {low} to {high}", part, f"{path}.{name}")
             parts.append(part)
         return (value_style.time if field.base == "time" else value_style.duration).from_wire(*parts)
 

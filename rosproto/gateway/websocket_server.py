@@ -302,10 +302,12 @@ class WebSocketServer:
                 self.peer_log.warning("fragments", "! %s: %s is cut off: %s", self._name, channel.peer, why)
                 await self._close_connection(connection, _TOO_BIG, why)
                 return
-            longest = session.longest
-            if len(data) > longest:
-                self._log_too_long(channel, longest)
-                await self._close_connection(connection, _TOO_BIG, f"a message may have {longest} bytes here")
+            max_bytes = session.max_message_bytes
+            if len(data) > max_bytes:
+                self._log_too_long(channel, max_bytes)
+                await self._close_connection(
+                    connection, _TOO_BIG, f"a message may have {max_bytes} bytes here"
+                )
                 return
             channel.received += 1
             self._served += 1
@@ -335,14 +337,14 @@ class WebSocketServer:
             channel.gone = channel.lost = True
             transport.abort()
 
-    def _log_too_long(self, channel: ClientChannel, longest: int) -> None:
+    def _log_too_long(self, channel: ClientChannel, max_bytes: int) -> None:
         self.peer_log.warning(
             "too long",
             "! %s: %s is cut off: a message has more than %d bytes (--message-bytes, "
             "GatewayLimits.message_bytes; less where nothing may be written)",
             self._name,
             channel.peer,
-            longest,
+            max_bytes,
         )
 
     def _log_flood(self, transport: Any) -> None:
@@ -459,17 +461,17 @@ async def read_message(connection: Any) -> str | bytes | None:
     return whole
 
 
-def connection_type(base: Any, server: WebSocketServer, most_unsent: int) -> Any:
+def connection_type(base: Any, server: WebSocketServer, max_unsent: int) -> Any:
     """A subclass of the library's connection class that reports to our server.
 
     Args:
         base: `websockets.asyncio.server.ServerConnection`.
         server: Gets the events.
-        most_unsent: Bytes that may wait in a connection's transport; beyond that it is aborted.
+        max_unsent: Bytes that may wait in a connection's transport; beyond that it is aborted.
     """
 
     def connection_made(self: Any, transport: Any) -> None:
-        transport = _Transport(transport, most_unsent)
+        transport = _Transport(transport, max_unsent)
         base.connection_made(self, transport)
         server.connected(self, transport)
 
@@ -490,13 +492,13 @@ def connection_type(base: Any, server: WebSocketServer, most_unsent: int) -> Any
 
 
 class _Transport:
-    """A client's transport that drops what is written while it closes, and is aborted above `most` bytes.
+    """A client's transport that drops what is written while it closes, and is aborted above `limit` bytes.
 
     Before `connection_lost` the library goes on writing, and asyncio would log each of 40,000 pongs.
     """
 
-    def __init__(self, transport: Any, most: int) -> None:
-        self._transport, self._most = transport, most
+    def __init__(self, transport: Any, limit: int) -> None:
+        self._transport, self._limit = transport, limit
         self.is_closing, self.get_write_buffer_size = transport.is_closing, transport.get_write_buffer_size
 
     def __getattr__(self, name: str) -> Any:
@@ -504,7 +506,7 @@ class _Transport:
 
     def write(self, data: Any) -> None:
         """Write; while the transport closes, drop the data."""
-        if self.get_write_buffer_size() > self._most:
+        if self.get_write_buffer_size() > self._limit:
             self._transport.abort()
         if not self.is_closing():
             self._transport.write(data)

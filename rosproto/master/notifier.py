@@ -70,7 +70,7 @@ class _WorkerGroup:
 
     def __init__(self, name: str, workers: int, lock: threading.Lock) -> None:
         self.name = name
-        self.most = workers
+        self.max_threads = workers
         self.ready: list[tuple[float, int, _Queue]] = []  # heap by due time
         self.threads: set[threading.Thread] = set()
         self.idle = 0
@@ -168,7 +168,7 @@ class Notifier:
 
     def _grow(self, lane: _WorkerGroup) -> None:
         """Start a worker if more nodes are due than workers are idle."""
-        if lane.idle >= len(lane.ready) or len(lane.threads) >= lane.most:
+        if lane.idle >= len(lane.ready) or len(lane.threads) >= lane.max_threads:
             return
         name = f"rosproto:master-notify-{lane.name}"
         thread = threading.Thread(target=self._work, args=(lane,), name=name, daemon=True)

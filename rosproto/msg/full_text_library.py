@@ -66,10 +66,10 @@ def check_length(name: str, text: str, limits: DefinitionLimits) -> None:
     Raises:
         DefinitionError: There are more lines than fields and constants allowed in total.
     """
-    most = 2 * limits.fields
-    if text.count("\n") >= most:
+    limit = 2 * limits.fields
+    if text.count("\n") >= limit:
         lines = sum(line not in ("", "#") for line in (line.strip()[:1] for line in text.split("\n")))
-        if lines > most:
+        if lines > limit:
             _bound(name, "fields", lines, limits)
 
 

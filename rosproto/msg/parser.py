@@ -264,9 +264,9 @@ def _constant_value(type_name: str, text: str) -> int | float | bool | str:
         except ValueError:
             raise ValueError(f"{short(text)!r} is not a value of {type_name}; expected a number") from None
     value = _integer(text)
-    least, most = INTEGER_RANGES[type_name]
-    if not least <= value <= most:
-        raise ValueError(f"{short(text)} is out of range for {type_name}; expected {least} to {most}")
+    low, high = INTEGER_RANGES[type_name]
+    if not low <= value <= high:
+        raise ValueError(f"{short(text)} is out of range for {type_name}; expected {low} to {high}")
     return value
 
 

@@ -5,9 +5,7 @@ Start with `Node`.
 
 from __future__ import annotations
 
-import warnings
-from typing import Any
-
+from rosproto.deprecation import former_names
 from rosproto.node.clock import NodeClock, Rate, Timer, TimerEvent
 from rosproto.node.definitions.known_definitions import OwnDefinitionsOnly
 from rosproto.node.definitions.md5sum_mismatch import UnconvertibleMessage, revised_type
@@ -61,13 +59,4 @@ __all__ = [
     "revised_type",
 ]
 
-_RENAMED: dict[str, Any] = {"NoRevisions": OwnDefinitionsOnly, "Unfit": UnconvertibleMessage}
-
-
-def __getattr__(name: str) -> Any:
-    """Old names, deprecated."""
-    if name not in _RENAMED:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    new = _RENAMED[name]
-    warnings.warn(f"{__name__}.{name} is {new.__name__} now", DeprecationWarning, stacklevel=2)
-    return new
+__getattr__ = former_names(__name__, {"NoRevisions": "OwnDefinitionsOnly", "Unfit": "UnconvertibleMessage"})

@@ -68,7 +68,7 @@ class MasterMonitor:
         self._wake = threading.Condition()
         self._to_verify: dict[str, Subscription] = {}
         self._hurry = False
-        self._backoff = Backoff(first=0.1, factor=1.5, most=0.5, jitter=0.1)
+        self._backoff = Backoff(first=0.1, factor=1.5, maximum=0.5, jitter=0.1)
         self._identity: object = None
         self._looks = 0
         self._sleep = SleepDetector()

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.codec import message_class
+from rosproto.deprecation import former_parameters
 from rosproto.node import Node
 from rosproto.time import Time
 
@@ -70,18 +71,19 @@ class RateControl:
     Args:
         node: The node that subscribes.
         topic: A topic of the node that has to keep up.
-        most_delay: Seconds of bag time that playing may be ahead of the newest message.
+        max_delay: Seconds of bag time that playing may be ahead of the newest message.
         position: The bag time reached, ns.
 
     Attributes:
         topic: Its name.
     """
 
-    def __init__(self, node: Node, topic: str, most_delay: float, position: Callable[[], int]) -> None:
-        if not most_delay >= 0:
-            raise ValueError(f"rate_control_delay {most_delay}: seconds, 0 or more")
+    @former_parameters(most_delay="max_delay")
+    def __init__(self, node: Node, topic: str, max_delay: float, position: Callable[[], int]) -> None:
+        if not max_delay >= 0:
+            raise ValueError(f"rate_control_delay {max_delay}: seconds, 0 or more")
         self.topic = topic
-        self._most_ns = round(most_delay * NS)
+        self._max_ns = round(max_delay * NS)
         self._position = position
         self._reached_ns = position()
         self._subscriber = node.subscriber(topic, None, self._take, queue_size=10)
@@ -89,7 +91,7 @@ class RateControl:
     @property
     def behind(self) -> bool:
         """Whether playing has to wait for the next message."""
-        return self._position() - self._reached_ns > self._most_ns
+        return self._position() - self._reached_ns > self._max_ns
 
     def restart(self) -> None:
         """Forget earlier messages: the bags' time was set anew."""

@@ -22,6 +22,7 @@ from typing import Literal
 from rosproto.bag.opening import is_mcap_name
 from rosproto.codec import message_class
 from rosproto.coercion import as_float
+from rosproto.deprecation import former_parameters
 from rosproto.errors import BagError, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.node import Node, Subscriber
@@ -79,14 +80,14 @@ class Recorder:
         keep: With splits, the most bags to keep; older ones are deleted.
         repeat_latched: Repeat latched messages at the start of each split.
         limit: Messages to record of each topic; the recording is finished when every topic has that many.
-        most_seconds: Finish after this time.
-        most_bytes: Finish at this size.
+        max_seconds: Finish after this time.
+        max_bytes: Finish at this size.
         buffer_bytes: The most bytes that wait for the disk; beyond it the oldest are dropped and counted.
         poll: Seconds between two requests to the master for new topics.
         overwrite: Replace existing files of the same name.
         tcp_nodelay, unreliable: See `Node.subscriber`.
         announce: Publish the name of each bag, latched, on `begin_write` when it is begun (rosbag record -p).
-        least_free_bytes: Close the bag properly and end with an error when the disk has less free space.
+        min_free_bytes: Close the bag properly and end with an error when the disk has less free space.
         form: "bag" or "mcap" (extra `mcap`); None: MCAP if `path` ends in `.mcap`, else a bag.
 
     Raises:
@@ -94,6 +95,7 @@ class Recorder:
         ValueError: No topics, or an option out of range.
     """
 
+    @former_parameters(most_seconds="max_seconds", most_bytes="max_bytes", least_free_bytes="min_free_bytes")
     def __init__(
         self,
         node: Node,
@@ -111,15 +113,15 @@ class Recorder:
         keep: int | None = None,
         repeat_latched: bool = True,
         limit: int | None = None,
-        most_seconds: float | None = None,
-        most_bytes: int | None = None,
+        max_seconds: float | None = None,
+        max_bytes: int | None = None,
         buffer_bytes: int = 256 << 20,
         poll: float = 1.0,
         overwrite: bool = False,
         tcp_nodelay: bool = False,
         unreliable: bool = False,
         announce: bool = False,
-        least_free_bytes: int = 0,
+        min_free_bytes: int = 0,
         form: Literal["bag", "mcap"] | None = None,
     ) -> None:
         self._node = node
@@ -129,12 +131,12 @@ class Recorder:
             exclude=() if exclude is None else [exclude],
         )
         self._limit = limit
-        self._most_seconds = as_float(most_seconds)
-        self._most_bytes = most_bytes
+        self._max_seconds = as_float(max_seconds)
+        self._max_bytes = max_bytes
         self._poll = as_float(poll)
         self._nodelay = tcp_nodelay
         self._unreliable = unreliable
-        self._least_free = least_free_bytes
+        self._min_free_bytes = min_free_bytes
         self._announcer = (
             node.publisher("begin_write", message_class("std_msgs/String"), latch=True) if announce else None
         )
@@ -369,17 +371,17 @@ class Recorder:
         if now - self._flushed > FLUSH_EVERY:
             self._flushed = now
             self._series.flush()
-        if self._least_free and now - self._looked >= LOOK_EVERY:
+        if self._min_free_bytes and now - self._looked >= LOOK_EVERY:
             self._looked = now
             self._check_room()
 
     def _check_room(self) -> None:
         folder = os.path.dirname(os.path.abspath(self._series.path))
         free = shutil.disk_usage(folder).free
-        if free < self._least_free:
+        if free < self._min_free_bytes:
             raise BagError(
-                f"{free >> 20} MB are left on the disk, less than the {self._least_free >> 20} that are to "
-                "stay free; the recording has ended, what was received until then is in the bag",
+                f"{free >> 20} MB are left on the disk, less than the {self._min_free_bytes >> 20} that are "
+                "to stay free; the recording has ended, what was received until then is in the bag",
                 path=self._series.path,
             ) from OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # as when there is none left
 
@@ -389,9 +391,9 @@ class Recorder:
             self._announcer.publish(data=path)
 
     def _is_done(self) -> bool:
-        if self._most_seconds is not None and time.monotonic() - self._began >= self._most_seconds:
+        if self._max_seconds is not None and time.monotonic() - self._began >= self._max_seconds:
             return True
-        if self._most_bytes is not None and self._series.size >= self._most_bytes:
+        if self._max_bytes is not None and self._series.size >= self._max_bytes:
             return True
         if self._limit is None or not self._subscribers:
             return False

@@ -12,6 +12,7 @@ from bisect import bisect_left, bisect_right
 from typing import NamedTuple
 
 from rosproto import quaternion
+from rosproto.deprecation import former_parameters
 from rosproto.quaternion import Quaternion, Vector, conjugate, multiply, rotate
 
 MAX_FRAMES = 10_000
@@ -63,7 +64,7 @@ class FrameTree:
     """The histories of all frames. Peers choose the names, so their number is limited.
 
     Args:
-        most_frames: Most frames with a parent; up to twice as many names are kept, temporarily half as many
+        max_frames: Most frames with a parent; up to twice as many names are kept, temporarily half as many
             again.
 
     Attributes:
@@ -71,23 +72,23 @@ class FrameTree:
         names: All frames, parents included, in order of first mention.
     """
 
-    def __init__(self, most_frames: int = MAX_FRAMES) -> None:
+    def __init__(self, max_frames: int = MAX_FRAMES) -> None:
         self.edges: dict[str, History] = {}
         self.names: dict[str, None] = {}
-        self._most_frames = most_frames
-        self._most_names = 2 * most_frames
+        self._max_frames = max_frames
+        self._max_names = 2 * max_frames
 
     def has_room(self, child: str) -> bool:
         """Whether a pose of this frame may be added."""
-        return child in self.edges or len(self.edges) < self._most_frames
+        return child in self.edges or len(self.edges) < self._max_frames
 
     def remember_names(self, child: str, parent: str) -> None:
         """Remember both names, after a pose was added."""
         self.names.update({child: None, parent: None})
-        if len(self.names) > self._most_names:  # a sender that keeps inventing parents
+        if len(self.names) > self._max_names:  # a sender that keeps inventing parents
             self.drop_former_parents()
             # Leave room, because each clean-up takes time proportional to the number of frames.
-            self._most_names = max(2 * self._most_frames, len(self.names) + self._most_frames // 2)
+            self._max_names = max(2 * self._max_frames, len(self.names) + self._max_frames // 2)
 
     def drop_former_parents(self) -> None:
         """Forget the names of former parents."""
@@ -231,7 +232,7 @@ class History:
 
     Args:
         cache_ns: How much older than the newest a sample may be.
-        most: Most samples; None for no limit.
+        max_samples: Most samples; None for no limit.
         static: True if the frame does not move.
 
     Attributes:
@@ -239,11 +240,12 @@ class History:
         authority: Node that sent the last one.
     """
 
-    __slots__ = ("_cache_ns", "_most", "_samples", "_stamps", "authority", "static")
+    __slots__ = ("_cache_ns", "_max_samples", "_samples", "_stamps", "authority", "static")
 
-    def __init__(self, cache_ns: int, most: int | None = None, *, static: bool = False) -> None:
+    @former_parameters(most="max_samples")
+    def __init__(self, cache_ns: int, max_samples: int | None = None, *, static: bool = False) -> None:
         self._cache_ns = cache_ns
-        self._most = most
+        self._max_samples = max_samples
         self._samples: list[Sample] = []
         self._stamps: list[int] = []
         self.static = static
@@ -266,8 +268,8 @@ class History:
 
     def _forget(self) -> None:
         old = bisect_left(self._stamps, self._stamps[-1] - self._cache_ns)
-        if self._most is not None:
-            old = max(old, len(self._stamps) - self._most)
+        if self._max_samples is not None:
+            old = max(old, len(self._stamps) - self._max_samples)
         if old > 0:
             del self._samples[:old], self._stamps[:old]
 

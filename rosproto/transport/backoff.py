@@ -10,16 +10,16 @@ class Backoff:
     Args:
         first: First delay, seconds.
         factor: Each delay is this many times the previous one.
-        most: Longest delay, seconds, before the random part.
+        maximum: Longest delay, seconds, before the random part.
         jitter: Each delay is changed at random by up to this fraction of itself.
     """
 
-    __slots__ = ("_delay", "_factor", "_first", "_jitter", "_most")
+    __slots__ = ("_delay", "_factor", "_first", "_jitter", "_maximum")
 
     def __init__(
-        self, first: float = 0.1, factor: float = 2.0, most: float = 5.0, jitter: float = 0.2
+        self, first: float = 0.1, factor: float = 2.0, maximum: float = 5.0, jitter: float = 0.2
     ) -> None:
-        self._first, self._factor, self._most, self._jitter = first, factor, most, jitter
+        self._first, self._factor, self._maximum, self._jitter = first, factor, maximum, jitter
         self._delay = first
 
     def next(self) -> float:
@@ -27,7 +27,7 @@ class Backoff:
         from random import uniform  # only needed after a failure
 
         delay = self._delay
-        self._delay = min(self._most, delay * self._factor)
+        self._delay = min(self._maximum, delay * self._factor)
         return delay * (1.0 + uniform(-self._jitter, self._jitter))
 
     def reset(self) -> None:

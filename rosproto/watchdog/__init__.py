@@ -9,6 +9,7 @@ the pipe ends, or no heartbeat came for 0.8 s, the process sends these messages,
 `process` is the process.
 """
 
+from rosproto.deprecation import former_names
 from rosproto.watchdog.protocol import ROUNDS, LastCall, LastMessage, WatchedNode, is_watchdog_name
 from rosproto.watchdog.watchdog import Watch, Watchdog, watched_node_of
 
@@ -22,3 +23,5 @@ __all__ = [
     "is_watchdog_name",
     "watched_node_of",
 ]
+
+__getattr__ = former_names(__name__, {"Place": "WatchedNode", "place_beside": "watched_node_of"})

@@ -156,7 +156,7 @@ def test_a_key_is_in_use_while_its_first_request_is_worked_on(web: Served, chass
 def test_keys_take_bounded_memory() -> None:
     from woosh_pure.web.goals import IdempotentAnswers
 
-    answers = IdempotentAnswers(most=3)
+    answers = IdempotentAnswers(max_answers=3)
     done: list[str] = []
     for key in ("a", "b", "c", "d"):
         answers.give("me", key, "go", lambda key=key: {"id": done.append(key)})  # type: ignore[misc]

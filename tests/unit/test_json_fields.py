@@ -32,7 +32,7 @@ class Inner(NamedTuple):
 @dataclass(frozen=True)
 class Outer:
     inner: Annotated[Inner, Reader(Inner)]
-    several: Annotated[tuple[Inner, ...], listed(Reader(Inner), most=2)] = ()
+    several: Annotated[tuple[Inner, ...], listed(Reader(Inner), max_items=2)] = ()
     value: Anything = 5
     told: Annotated[str, text, REQUIRED] = ""
     ours: int = 7
@@ -93,7 +93,7 @@ def test_a_wrong_value_deep_inside_is_looked_at_once() -> None:
     """An error costs no more than the reading: no level checks its value a second time."""
     seen = []
 
-    def refuse(value: object, _longest: int) -> object:
+    def refuse(value: object, _max_characters: int) -> object:
         seen.append(value)
         raise Expected("something else")
 

@@ -55,7 +55,7 @@ def test_the_window_is_bounded() -> None:
         window.add(now, delay)
     found = window.statistics()
     assert found is not None
-    assert (found.mean, found.least, found.most, found.messages) == (2.0, 1.0, 3.0, 3)
+    assert (found.mean, found.minimum, found.maximum, found.messages) == (2.0, 1.0, 3.0, 3)
     assert delay_text(found) == "average delay: 2.000\n\tmin: 1.000s max: 3.000s std dev: 1.00000s window: 3"
 
 

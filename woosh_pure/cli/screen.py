@@ -99,15 +99,15 @@ class Screen:
     def _fitting_panel(self, scene: Scene, columns: int, room: int) -> list[list[Piece]]:
         """Fit the panel; the reasons have priority over the rates."""
         texts = [] if scene.readiness is None else [reason.text for reason in scene.readiness.reasons]
-        longest = max((len(_wrapped(text, columns)) for text in texts), default=0)
-        for most in range(min(longest, room), _MIN_REASON_LINES, -1):
-            panel = list(self._panel(scene, columns, most))
+        max_lines = max((len(_wrapped(text, columns)) for text in texts), default=0)
+        for reason_lines in range(min(max_lines, room), _MIN_REASON_LINES, -1):
+            panel = list(self._panel(scene, columns, reason_lines))
             if len(_without_rates(panel)) <= room:
                 return _squeezed(panel, room)
         return _squeezed(list(self._panel(scene, columns, _MIN_REASON_LINES)), room)
 
-    def _panel(self, scene: Scene, columns: int, most: int) -> Iterable[list[Piece]]:
-        yield from self._readiness(scene, columns, most)
+    def _panel(self, scene: Scene, columns: int, reason_lines: int) -> Iterable[list[Piece]]:
+        yield from self._readiness(scene, columns, reason_lines)
         yield self._fact("pose", None if scene.pose is None else _pose(scene.pose), scene, "pose")
         v = scene.velocity
         moving = None if v is None else f"{v.vx:+.2f} m/s {math.degrees(v.wz):+.0f}°/s"
@@ -128,7 +128,7 @@ class Screen:
         for name, rate in sorted(scene.rates.items()):
             yield [(f"  {name:13s} {rate:5.1f}", "")]
 
-    def _readiness(self, scene: Scene, columns: int, most: int) -> Iterable[list[Piece]]:
+    def _readiness(self, scene: Scene, columns: int, reason_lines: int) -> Iterable[list[Piece]]:
         if scene.silence is not None:
             yield [(f"SILENT for {scene.silence:.0f} s", "red")]
             yield [("whether it is ready is not known", "yellow")]
@@ -141,9 +141,9 @@ class Screen:
         words = {"yes": ("ready", "green"), "no": ("NOT READY", "red")}
         yield [words.get(readiness.answer.value, ("READY? NOT KNOWN", "yellow"))]
         for reason in readiness.reasons:
-            for line in _wrapped(reason.text, columns)[:most]:
+            for line in _wrapped(reason.text, columns)[:reason_lines]:
                 yield [(f"  {line}", "red" if reason.blocking else "yellow" if reason.doubt else "dim")]
-        if any(len(_wrapped(reason.text, columns)) > most for reason in readiness.reasons):
+        if any(len(_wrapped(reason.text, columns)) > reason_lines for reason in readiness.reasons):
             yield [("  more is in: woosh ready", "bold")]
 
     def _fact(self, name: str, text: str | None, scene: Scene | None = None, feed: str = "") -> list[Piece]:
@@ -237,19 +237,19 @@ def _title(uri: str, columns: int) -> list[Piece]:
     return [("woosh watch ", "bold"), (shown, ""), ("   q: leave", "dim")]
 
 
-def _squeezed(rows: list[list[Piece]], most: int) -> list[list[Piece]]:
-    """Reduce to `most` rows, if possible: omit rates first, then blanks, remarks, the odometer."""
+def _squeezed(rows: list[list[Piece]], max_rows: int) -> list[list[Piece]]:
+    """Reduce to `max_rows` rows, if possible: omit rates first, then blanks, remarks, the odometer."""
 
     def begins(row: list[Piece], word: str) -> bool:
         return bool(row) and row[0][0].startswith(word)
 
-    rows = rows if len(rows) <= most else _without_rates(rows)
-    if len(rows) > most:
+    rows = rows if len(rows) <= max_rows else _without_rates(rows)
+    if len(rows) > max_rows:
         rows = [row for row in rows if row]
-    if len(rows) > most:
+    if len(rows) > max_rows:
         rows = [row for row in rows if not (begins(row, "  ") and row[0][1] == "dim")]
     for word in ("odometer", " " * 9, "task", "scan", "velocity"):
-        if len(rows) > most:
+        if len(rows) > max_rows:
             rows = [row for row in rows if not begins(row, word)]
     return rows
 

@@ -317,11 +317,11 @@ def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
     if len(vehicles) > MAX_VEHICLES:
         raise ValueError(
             say(
-                "{count} vehicles are too many for one process, which takes {most_vehicles}: each "
+                "{count} vehicles are too many for one process, which takes {max_vehicles}: each "
                 "needs some 30 open files, and MQTT takes no more than 1024; write several files, and"
                 " start `woosh vda5050` once for each",
                 count=len(vehicles),
-                most_vehicles=MAX_VEHICLES,
+                max_vehicles=MAX_VEHICLES,
             )
         )
     known = [each.name for each in fields(VehicleConfig)]

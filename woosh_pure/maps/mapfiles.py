@@ -205,14 +205,14 @@ def _most_bytes(head: bytes, limit_cells: int) -> int:
 
 
 def _decode_pnm(data: bytes, limit_cells: int) -> NDArray[np.uint8]:
-    kind, (width, height, most), start = _pnm_head(data)
-    if not (width > 0 and height > 0 and width * height <= limit_cells and 0 < most < 65536):
+    kind, (width, height, maximum), start = _pnm_head(data)
+    if not (width > 0 and height > 0 and width * height <= limit_cells and 0 < maximum < 65536):
         raise ValueError(
             say(
-                "{width} x {height} cells of {most} greys; expected at most {limit_cells} cells",
+                "{width} x {height} cells of {maximum} greys; expected at most {limit_cells} cells",
                 width=width,
                 height=height,
-                most=most,
+                maximum=maximum,
                 limit_cells=limit_cells,
             )
         )
@@ -220,7 +220,7 @@ def _decode_pnm(data: bytes, limit_cells: int) -> NDArray[np.uint8]:
     if kind in _PLAIN:
         values = _plain_values(data[start:], count)
     else:
-        raw = np.dtype(np.uint8 if most < 256 else ">u2")
+        raw = np.dtype(np.uint8 if maximum < 256 else ">u2")
         values = np.frombuffer(data[start : start + count * raw.itemsize], raw, -1).astype(np.int64)
     if values.size != count:
         raise ValueError(
@@ -231,9 +231,9 @@ def _decode_pnm(data: bytes, limit_cells: int) -> NDArray[np.uint8]:
                 height=height,
             )
         )
-    if values.size and not 0 <= int(values.min()) <= int(values.max()) <= most:
-        raise ValueError(say("a value is larger than the announced {most}", most=most))
-    return (values * 255 // most).astype(np.uint8).reshape(height, width, _CHANNELS[kind])
+    if values.size and not 0 <= int(values.min()) <= int(values.max()) <= maximum:
+        raise ValueError(say("a value is larger than the announced {maximum}", maximum=maximum))
+    return (values * 255 // maximum).astype(np.uint8).reshape(height, width, _CHANNELS[kind])
 
 
 def _plain_values(data: bytes, count: int) -> NDArray[np.int64]:

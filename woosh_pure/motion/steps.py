@@ -154,15 +154,15 @@ def _check(step: Step) -> None:
     if not all(map(math.isfinite, (step.data, step.speed, step.angle))):
         raise ValueError(say("{step!r}: every number must be finite", step=step))
     rotating = step.mode is StepMode.ROTATE
-    most, unit = (MAX_ANGLE, "rad") if rotating else (MAX_DISTANCE, "m")
+    maximum, unit = (MAX_ANGLE, "rad") if rotating else (MAX_DISTANCE, "m")
     if not step.in_range:
         far = advice("use go_to for longer ways", key="far")
         hint = "for degrees say degrees=True" if rotating else far
         long = say(
-            "{way} {unit} is more than the {most} {same} one step may have",
+            "{way} {unit} is more than the {maximum} {same} one step may have",
             way=step.data,
             unit=unit,
-            most=most,
+            maximum=maximum,
             same=unit,
         )
         raise ValueError(both(long, say(hint)))

@@ -365,19 +365,19 @@ class TaskOrder:
                     "direction {direction}: expected load, unload or undefined", direction=int(self.direction)
                 )
             )
-        for name, value, least, most in (
+        for name, value, minimum, maximum in (
             ("type_number", self.type_number, 0, 2**32 - 1),
             ("custom", self.custom, -128, 127),
         ):
             number = whole(value)
-            if number is None or not least <= number <= most:
+            if number is None or not minimum <= number <= maximum:
                 raise ValueError(
                     say(
-                        "{name}={value!r}: expected a whole number of {least} to {most}",
+                        "{name}={value!r}: expected a whole number of {minimum} to {maximum}",
                         name=name,
                         value=value,
-                        least=least,
-                        most=most,
+                        minimum=minimum,
+                        maximum=maximum,
                     )
                 )
 

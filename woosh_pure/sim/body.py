@@ -106,12 +106,12 @@ def integrate(pose: Pose2D, v: Velocity, dt: float) -> Pose2D:
     )
 
 
-def _towards(value: float, wanted: float, most: float) -> float:
-    return value + min(max(wanted - value, -most), most)
+def _towards(value: float, wanted: float, limit: float) -> float:
+    return value + min(max(wanted - value, -limit), limit)
 
 
-def _clip(value: float, most: float) -> float:
-    return min(max(value, -most), most)
+def _clip(value: float, limit: float) -> float:
+    return min(max(value, -limit), limit)
 
 
 # -- localisation --------------------------------------------------------------------------------------------

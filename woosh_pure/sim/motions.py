@@ -192,7 +192,7 @@ class StepMotion(Motion):
         return [Step(step.mode, rest, step.speed, step.angle), *self.steps[self.index + 1 :]]
 
 
-def _profile(rest: float, most: float, deceleration: float, dt: float) -> float:
+def _profile(rest: float, limit: float, deceleration: float, dt: float) -> float:
     """The highest signed speed from which the base can stop within `rest`."""
     size = abs(rest)
-    return math.copysign(min(most, math.sqrt(2.0 * deceleration * size), size / dt), rest)
+    return math.copysign(min(limit, math.sqrt(2.0 * deceleration * size), size / dt), rest)

@@ -24,7 +24,7 @@ def cast(
     grid: GridMap,
     pose: Pose2D,
     angles: NDArray[np.float64],
-    most: float,
+    max_range: float,
     obstacles: Sequence[Obstacle] = (),
 ) -> NDArray[np.float32]:
     """Distances along rays.
@@ -33,7 +33,7 @@ def cast(
         grid: The map; the outside counts as occupied.
         pose: Pose of the lidar in the map.
         angles: (N,) rad relative to the pose.
-        most: Longest range in m; inf for rays that hit nothing.
+        max_range: Longest range in m; inf for rays that hit nothing.
         obstacles: Circles.
 
     Returns:
@@ -41,7 +41,7 @@ def cast(
     """
     # All rays advance together in steps of half a cell, which is the error of the result.
     step = grid.resolution / 2.0
-    count = int(most / step) + 1
+    count = int(max_range / step) + 1
     directions = angles + pose.yaw
     c, s = np.cos(directions), np.sin(directions)
     distance = np.full(angles.shape, np.inf)
@@ -65,7 +65,7 @@ def cast(
             break
     for ox, oy, radius in obstacles:
         distance = np.minimum(distance, _to_circle(c, s, ox - pose.x, oy - pose.y, radius))
-    distance[distance > most] = math.inf
+    distance[distance > max_range] = math.inf
     return distance.astype(np.float32)
 
 

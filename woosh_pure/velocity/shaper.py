@@ -104,7 +104,7 @@ class Shaper:
         return self.sent
 
 
-def _ramp(now: float, wanted: float, most: float) -> float:
+def _ramp(now: float, wanted: float, limit: float) -> float:
     if wanted == 0.0:
         return 0.0  # a stop is never delayed; the smooth topic brakes gently by itself
-    return now + min(max(wanted - now, -most), most)
+    return now + min(max(wanted - now, -limit), limit)

@@ -10,13 +10,12 @@ import itertools
 import secrets
 import threading
 import time
-import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from rosproto import admission
 from rosproto.admission import AddressBuckets, AdmissionPolicy, port_of, require_page_origin
+from rosproto.deprecation import former_names
 from rosproto.text import printable
 from woosh_pure.web.http_errors import Problem
 
@@ -175,13 +174,7 @@ class Clients:
             del self._known[away]
 
 
-_MOVED = ("ConnectionSlots", "TokenBucket", "host_of")
-
-
-def __getattr__(name: str) -> object:
-    """Names that are now in `rosproto.admission`, with a DeprecationWarning."""
-    if name not in _MOVED:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warnings.warn(f"{__name__}.{name} is now in rosproto.admission", DeprecationWarning, stacklevel=2)
-    found: object = getattr(admission, name)
-    return found
+__getattr__ = former_names(
+    __name__,
+    {n: f"rosproto.admission.{n}" for n in ("ConnectionSlots", "TokenBucket", "host_of")},
+)

@@ -279,9 +279,9 @@ class GoalManager:
         if len(self.running) >= MAX_RUNNING_GOALS:
             raise Problem(
                 409,
-                "{most_running} goals are under way already; cancel one first",
+                "{max_running} goals are under way already; cancel one first",
                 "too-many-goals",
-                most_running=MAX_RUNNING_GOALS,
+                max_running=MAX_RUNNING_GOALS,
             )
         number = str(next(self._numbers))
         entry = self._journal.begin(who, what, number)
@@ -339,9 +339,9 @@ class GoalManager:
         if goal is None:
             raise Problem(
                 404,
-                "goal {number!r} was not found; the last {most_kept} goals are kept",
+                "goal {number!r} was not found; the last {max_kept} goals are kept",
                 number=number[:20],
-                most_kept=MAX_KEPT_GOALS,
+                max_kept=MAX_KEPT_GOALS,
             )
         return goal
 
@@ -374,8 +374,8 @@ class IdempotentAnswers:
     carried out again and gets the first answer, also if that is a refusal. Safe from any thread.
     """
 
-    def __init__(self, most: int = MAX_KEYS) -> None:
-        self._most = most
+    def __init__(self, max_answers: int = MAX_KEYS) -> None:
+        self._max_answers = max_answers
         self._lock = threading.Lock()
         self._known: OrderedDict[tuple[str, str], _KeyedRequest] = OrderedDict()
 
@@ -393,7 +393,7 @@ class IdempotentAnswers:
             first = self._known.get((who, key))
             if first is None:
                 mine = self._known[who, key] = _KeyedRequest(request)
-                while len(self._known) > self._most:
+                while len(self._known) > self._max_answers:
                     self._known.popitem(last=False)
         if first is None:
             try:

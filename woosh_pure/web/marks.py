@@ -86,7 +86,7 @@ class MarkList:
         with self._changing() as marks:
             _require_free(marks, mark.name)
             if len(marks) >= MAX_MARKS:
-                raise Problem(409, "there are {most} marks already", "too-many-marks", most=MAX_MARKS)
+                raise Problem(409, "there are {maximum} marks already", "too-many-marks", maximum=MAX_MARKS)
             marks[mark.name] = mark
         return mark
 

@@ -186,7 +186,7 @@ def _announced(headers: Mapping[str, str]) -> int:
 
 
 def _too_large() -> Problem:
-    return Problem(413, "the body is larger than {most} bytes", most=MAX_BODY)
+    return Problem(413, "the body is larger than {maximum} bytes", maximum=MAX_BODY)
 
 
 def _limited(receive: Receive) -> Receive:

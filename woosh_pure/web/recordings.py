@@ -157,10 +157,10 @@ class RecordingManager:
                     path,
                     selection=selection_of(camera=camera),
                     compression="lz4",
-                    most_seconds=min(seconds or MAX_SECONDS, MAX_SECONDS),
-                    most_bytes=MAX_BYTES,
+                    max_seconds=min(seconds or MAX_SECONDS, MAX_SECONDS),
+                    max_bytes=MAX_BYTES,
                     buffer_bytes=64 << 20,
-                    least_free_bytes=MIN_FREE_BYTES,
+                    min_free_bytes=MIN_FREE_BYTES,
                 )
             except BagError as error:
                 _logger.error("! a recording cannot begin: %s", error)

@@ -85,9 +85,9 @@ class Listener(socket.socket):
             connection = _Connection(accepted.family, accepted.type, accepted.proto, fileno=accepted.detach())
             connection.key, connection.slots = (str(address[0]), int(address[1])), self._slots
             connection.open_ones = self._open
-            most = max_connections(connection.fileno(), self._open)
+            limit = max_connections(connection.fileno(), self._open)
             self._open.add(connection.fileno())
-            if self._slots.admit(connection.key, connection.end, time.monotonic(), most):
+            if self._slots.admit(connection.key, connection.end, time.monotonic(), limit):
                 return connection, address
             connection.end()
             connection.close()

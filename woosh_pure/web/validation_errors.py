@@ -95,8 +95,8 @@ def _allowed(schema: Schema, parts: Schema) -> str:
     if kind in ("number", "integer"):
         return _range(schema)
     if kind == "string" and "maxLength" in schema:
-        least, most = schema.get("minLength", 0), schema["maxLength"]
-        return say("a text of {least} to {most} characters", least=least, most=most)
+        minimum, maximum = schema.get("minLength", 0), schema["maxLength"]
+        return say("a text of {minimum} to {maximum} characters", minimum=minimum, maximum=maximum)
     if kind == "string":
         return say("a text")
     members = schema.get("properties", {})

@@ -56,7 +56,7 @@ class McapReader(BagReader):
         name, stored, plain = self._packed.get(info.pos, ("", 0, 0))
         return name or "none", stored, plain
 
-    def _read_chunk(self, info: ChunkInfo, most: int | None = None) -> ChunkData:
+    def _read_chunk(self, info: ChunkInfo, max_bytes: int | None = None) -> ChunkData:
         return read_mcap_chunk(self._source, info, info.pos in self._loose)
 
 

@@ -109,12 +109,12 @@ class ClientPublisher:
         self._queue(do)
 
     def _advertise(self, channel: ClientAdvertisement) -> None:
-        most = self._state.limits.advertised_per_client
+        limit = self._state.limits.advertised_per_client
         try:
             if channel.id in self._advertised:
                 raise Refused(f"channel {channel.id} is advertised already")
-            if len(self._advertised) >= most:
-                raise Refused(f"{most} topics are published, which is the limit for a client")
+            if len(self._advertised) >= limit:
+                raise Refused(f"{limit} topics are published, which is the limit for a client")
             opened = self._open(channel)
         except (Refused, RosError) as problem:
             self._state.refusals += 1

@@ -135,9 +135,9 @@ class _Parameter(NamedTuple):
 _read_parameter = Reader(_Parameter)
 
 
-def _typed(document: object, longest: int) -> tuple[str, object]:
+def _typed(document: object, max_characters: int) -> tuple[str, object]:
     """The name and value of a parameter; the value is None if it has none."""
-    name, value, kind = _read_parameter(document, longest)
+    name, value, kind = _read_parameter(document, max_characters)
     if value is None or kind is None:
         return name, value
     try:
@@ -256,8 +256,8 @@ _OPERATIONS: dict[str, Check] = {
     "setParameters": Reader(SetParameters),
     "subscribeParameterUpdates": Reader(FollowParameters),
     "unsubscribeParameterUpdates": Reader(LeaveParameters),
-    "subscribeConnectionGraph": lambda _document, _longest: WantGraph(True),
-    "unsubscribeConnectionGraph": lambda _document, _longest: WantGraph(False),
+    "subscribeConnectionGraph": lambda _document, _limit: WantGraph(True),
+    "unsubscribeConnectionGraph": lambda _document, _limit: WantGraph(False),
     "fetchAsset": Reader(FetchAsset),
 }
 

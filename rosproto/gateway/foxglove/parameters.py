@@ -96,15 +96,15 @@ class ViewerParameters:
     def follow(self, names: Iterable[str]) -> str | None:
         """Follow more parameters; calls the master. Return None, or a sentence if some failed."""
         problem = None
-        most = self._limits.subscriptions_per_client
+        limit = self._limits.subscriptions_per_client
         for name in names:
             try:
                 key = self._rules.key(name)
                 with self._lock:
                     if self._closed or key in self._followed:
                         continue
-                    if len(self._followed) >= most:
-                        return f"{most} parameters are followed, which is the limit for a client"
+                    if len(self._followed) >= limit:
+                        return f"{limit} parameters are followed, which is the limit for a client"
                 refusal = self._access.may_read("parameter", key)
                 if refusal is not None:
                     problem = refusal.text

@@ -102,9 +102,9 @@ class FoxgloveSession:
     # -- messages of the viewer -----------------------------------------------------------------------------
 
     @property
-    def longest(self) -> int:
+    def max_message_bytes(self) -> int:
         """Longest next message in bytes."""
-        return self._state.longest_message
+        return self._state.max_message_bytes
 
     async def received(self, data: str | bytes) -> None:
         """Carry out one message; in the server's loop."""
@@ -231,7 +231,7 @@ class FoxgloveSession:
                 self.status(str(problem))
 
     def _subscribe_one(self, id: int, number: int) -> None:
-        most = self._state.limits.subscriptions_per_client
+        limit = self._state.limits.subscriptions_per_client
         with self._lock:
             if self._closed:
                 return
@@ -242,9 +242,9 @@ class FoxgloveSession:
                 raise Refused(f"{channel.topic} is not followed: subscription {id} is in use")
             if any(one.channel.id == number for one in self._subscriptions.values()):
                 raise Refused(f"{channel.topic} is followed already")
-            if len(self._subscriptions) >= most:
+            if len(self._subscriptions) >= limit:
                 raise Refused(
-                    f"{channel.topic} is not followed: {most} topics are followed, which is the limit"
+                    f"{channel.topic} is not followed: {limit} topics are followed, which is the limit"
                 )
             made = self._subscriptions[id] = _Subscription(id, channel, self.channel, self._differs)
         try:
@@ -304,8 +304,8 @@ class FoxgloveSession:
         if service is None:
             problem = f"service {asked.service} is not advertised, or not any longer"
         elif not self._free_calls.acquire(blocking=False):
-            most = state.limits.calls_per_client
-            problem = f"{most} calls of this client wait for their answers, which is the limit"
+            limit = state.limits.calls_per_client
+            problem = f"{limit} calls of this client wait for their answers, which is the limit"
         elif not state.free_calls.acquire(blocking=False):
             self._free_calls.release()
             problem = f"{CALLS} calls of all clients wait for their answers, which is the limit"

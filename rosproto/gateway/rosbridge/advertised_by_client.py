@@ -97,17 +97,17 @@ class AdvertisedByClient(ABC, Generic[Server, R]):
             self._end_requests(name)
             self.end(server)
 
-    def begin(self, request: R, most: int | None = None) -> str | None:
+    def begin(self, request: R, limit: int | None = None) -> str | None:
         """Register a request and set its id. Return None, or a sentence if it cannot be passed on.
 
         Args:
             request: The request.
-            most: Most requests at a time.
+            limit: Most requests at a time.
         """
         with self._lock:
             if self._closed or request.name not in self._servers:
                 return GONE
-            if most is not None and len(self._requests) >= most:
+            if limit is not None and len(self._requests) >= limit:
                 return "the client that provides it has too many calls to answer"
             request.id = f"{self.prefix}:{request.name}:{next(self._numbers)}"
             self._requests[request.id] = request
@@ -256,7 +256,7 @@ class AdvertisedActions(AdvertisedByClient[ActionServer, _Goal]):
                 action_type(asked.type),
                 partial(self._work, asked.action, asked.type),
                 concurrent=True,
-                most_goals=self._state.limits.goals_per_client,
+                max_goals=self._state.limits.goals_per_client,
             )
         except BaseException:
             self._state.leave_action(name)

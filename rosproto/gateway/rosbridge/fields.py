@@ -32,22 +32,24 @@ class WrongMessage(Exception):
     """A message or one of its fields is wrong; the text is a sentence for the client."""
 
 
-def _seconds(value: Any, _longest: int) -> float | None:
+def _seconds(value: Any, _max_characters: int) -> float | None:
     """None, "no time-out", for zero, negative numbers (from roslib) and anything else."""
     return float(value) if type(value) in (int, float) and 0 < value <= MAX_WHOLE_NUMBER else None
 
 
-def _level(value: Any, _longest: int) -> Level:
+def _level(value: Any, _max_characters: int) -> Level:
     if isinstance(value, str) and value in _SPELLINGS:
         return _SPELLINGS[value]
     raise Expected(f"one of {', '.join(LEVELS)}")
 
 
 _text = fits(
-    lambda value, n: isinstance(value, str) and len(value) <= n, "a text of at most {longest} characters"
+    lambda value, n: isinstance(value, str) and len(value) <= n,
+    "a text of at most {max_characters} characters",
 )
 _name = fits(
-    lambda value, n: isinstance(value, str) and 0 < len(value) <= n, "a text of 1 to {longest} characters"
+    lambda value, n: isinstance(value, str) and 0 < len(value) <= n,
+    "a text of 1 to {max_characters} characters",
 )
 _compression = one_of(_COMPRESSIONS, f"one of {', '.join(_COMPRESSIONS)}")
 _arguments = fits(

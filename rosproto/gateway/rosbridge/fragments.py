@@ -49,8 +49,8 @@ class Reassembly:
         held: Approximate bytes of memory of incomplete messages.
     """
 
-    def __init__(self, most_bytes: int) -> None:
-        self._most_bytes = most_bytes
+    def __init__(self, max_bytes: int) -> None:
+        self._max_bytes = max_bytes
         self._waiting: dict[str | float, _Incomplete] = {}
         self.held = 0
 
@@ -98,8 +98,8 @@ class Reassembly:
         found.pieces[num] = data
         found.seen = now
         self.held += _cost(data)
-        if self.held > self._most_bytes:
-            raise FragmentError(f"incomplete messages take more than the limit of {self._most_bytes} bytes")
+        if self.held > self._max_bytes:
+            raise FragmentError(f"incomplete messages take more than the limit of {self._max_bytes} bytes")
         if len(found.pieces) < total:
             return None
         self._forget(id)

@@ -45,22 +45,22 @@ def publish_png(text: str | ChunkedMessage) -> str:
     return f'{{"op": "png", "data": "{pack(text)}"}}'
 
 
-def unpack(data: str, most_bytes: int = MAX_PICTURE_BYTES) -> str:
+def unpack(data: str, max_bytes: int = MAX_PICTURE_BYTES) -> str:
     """The text in a picture.
 
     Args:
         data: Base64 of a PNG.
-        most_bytes: Longest text and longest picture; checked before memory is taken.
+        max_bytes: Longest text and longest picture; checked before memory is taken.
 
     Raises:
         PngError: The picture or its text is not valid, or too long.
     """
     from rosproto.numeric.pngfile import decode_png
 
-    if len(data) > most_bytes * 4 // 3 + 4:
-        raise PngError(f"the picture has more than the limit of {most_bytes} bytes")
+    if len(data) > max_bytes * 4 // 3 + 4:
+        raise PngError(f"the picture has more than the limit of {max_bytes} bytes")
     try:
-        pixels = decode_png(binascii.a2b_base64(data), most_bytes // 3, MAX_ROWS)
+        pixels = decode_png(binascii.a2b_base64(data), max_bytes // 3, MAX_ROWS)
     except ValueError as error:  # binascii.Error is one
         raise PngError(f"no PNG picture in base64: {error}") from None
     if pixels.shape[2] != 3:

@@ -103,10 +103,10 @@ class RosbridgeSession:
         await self._carry_out_all(self._protocol.receive(data, self._received, at_once=True), long=False)
 
     @property
-    def longest(self) -> int:
+    def max_message_bytes(self) -> int:
         """Longest next message in bytes."""
-        most = self._state.longest_message
-        return most if self._authenticated else min(UNAUTHENTICATED_BYTES, most)
+        limit = self._state.max_message_bytes
+        return limit if self._authenticated else min(UNAUTHENTICATED_BYTES, limit)
 
     async def _carry_out_all(self, asked: list[Request], *, long: bool) -> None:
         """Carry out the requests of one message, in order.

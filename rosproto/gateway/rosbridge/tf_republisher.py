@@ -146,7 +146,7 @@ class TfRepublisher:
         self._listener = TransformListener(node)
         try:
             self._server = ActionServer(
-                node, ACTION, ACTION_TYPE, self._serve, concurrent=True, check=_problem, most_goals=MAX_GOALS
+                node, ACTION, ACTION_TYPE, self._serve, concurrent=True, check=_problem, max_goals=MAX_GOALS
             )
             kind = "tf2_web_republisher/RepublishTFs"
             self._service = node.service_server(SERVICE, kind, self._open_topic)

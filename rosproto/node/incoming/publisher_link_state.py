@@ -91,10 +91,10 @@ class RetryPauses:
     """The waits of one link before each try."""
 
     def __init__(self) -> None:
-        self._retry = Backoff(first=0.05, factor=2.0, most=0.6, jitter=0.2)
-        self._brief = Backoff(first=0.05, factor=2.0, most=5.0, jitter=0.2)
-        self._refused = Backoff(first=0.5, factor=2.0, most=5.0, jitter=0.2)
-        self._mismatch = Backoff(first=MISMATCH[0], factor=2.0, most=MISMATCH[1], jitter=0.2)
+        self._retry = Backoff(first=0.05, factor=2.0, maximum=0.6, jitter=0.2)
+        self._brief = Backoff(first=0.05, factor=2.0, maximum=5.0, jitter=0.2)
+        self._refused = Backoff(first=0.5, factor=2.0, maximum=5.0, jitter=0.2)
+        self._mismatch = Backoff(first=MISMATCH[0], factor=2.0, maximum=MISMATCH[1], jitter=0.2)
 
     def after(self, lasted: float | None, *, refused: bool = False, mismatch: bool = False) -> float:
         """Seconds to wait before the next try.

@@ -104,14 +104,14 @@ class Inbox:
                     self._waiters -= 1
             return self._queue.popleft() if self._queue else None
 
-    def get_some(self, timeout: float | None, most: int) -> list[Any]:
-        """As `get`, for up to `most` messages, without their times of receipt."""
+    def get_some(self, timeout: float | None, limit: int) -> list[Any]:
+        """As `get`, for up to `limit` messages, without their times of receipt."""
         first = self.get(timeout)
-        if first is None or most == 1:
+        if first is None or limit == 1:
             return [] if first is None else [first[0]]
         with self.lock:
             queue = self._queue
-            return [first[0], *(queue.popleft()[0] for _ in range(min(most - 1, len(queue))))]
+            return [first[0], *(queue.popleft()[0] for _ in range(min(limit - 1, len(queue))))]
 
     def close(self) -> None:
         """Accept no more messages, drop those that wait, and wake all waiting threads."""

@@ -163,17 +163,17 @@ class Subscription:
 
     def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
         """Limit the links, which need a thread each, to `limits.publishers`; connected ones are kept."""
-        most = self.context.limits.publishers
+        limit = self.context.limits.publishers
         self.context.peer_log.warning(
             self.name,
             "! %s: the master names %d publishers, only %d of them are connected to (Limits.publishers)",
             self.name,
             len(wanted),
-            most,
+            limit,
         )
         first = [key for key in wanted if key in self.links and self.links[key].connected]
         rest = [key for key in wanted if key not in first]
-        return {key: wanted[key] for key in [*first, *rest][:most]}
+        return {key: wanted[key] for key in [*first, *rest][:limit]}
 
     # -- queues -----------------------------------------------------------------------------------------
 

@@ -204,8 +204,8 @@ class Publication:
             if type_.is_wildcard or mismatch.remote_type not in ("", type_.name):
                 raise
             if not self._has_room(fields["md5sum"]):
-                most = self.context.limits.revisions
-                raise TooLarge("revisions", len(self._revised) + 1, most) from None
+                limit = self.context.limits.revisions
+                raise TooLarge("revisions", len(self._revised) + 1, limit) from None
             return self._revised.get(fields["md5sum"]) or self._revise(fields, mismatch)
 
     def _has_room(self, md5sum: str) -> bool:

@@ -68,7 +68,7 @@ class SubscriberReconnect:
         while not self._is_done(deadline) and not self.knock():
             pass
         self.closing.wait(SETTLE)
-        pauses = Backoff(first=1.0, factor=2.0, most=5.0, jitter=0.1)
+        pauses = Backoff(first=1.0, factor=2.0, maximum=5.0, jitter=0.1)
         while not self._is_done(deadline):
             try:
                 self.announce()

@@ -96,7 +96,7 @@ def wait(
     """
     deadline, pause, stop = (
         Deadline(timeout),
-        Backoff(FIRST_PAUSE_SECONDS, most=MAX_PAUSE_SECONDS),
+        Backoff(FIRST_PAUSE_SECONDS, maximum=MAX_PAUSE_SECONDS),
         stop or threading.Event(),
     )
     reason: RosError | None = None

@@ -351,7 +351,7 @@ def test_check_rejects_goals_with_its_reason(make, caplog):
 
 
 def test_more_goals_than_allowed_are_rejected(make):
-    bench = make(concurrent=True, most_goals=2)
+    bench = make(concurrent=True, max_goals=2)
     for number in range(3):
         bench.send(str(number))
     assert bench.results == [("2", G.REJECTED, "more than 2 goals are under way")]

@@ -295,7 +295,9 @@ def test_a_picture_of_6_mb_is_read_ahead(monkeypatch):
         readers: list[int | None] = []
         read = bag._read_chunk
         monkeypatch.setattr(
-            bag, "_read_chunk", lambda info, most=None: (readers.append(most), read(info, most))[1]
+            bag,
+            "_read_chunk",
+            lambda info, max_bytes=None: (readers.append(max_bytes), read(info, max_bytes))[1],
         )
         assert indices(bag) == list(range(6))
     assert readers.count(None) == 1

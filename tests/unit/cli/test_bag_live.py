@@ -188,7 +188,7 @@ def test_options_that_contradict_each_other(capsys: pytest.CaptureFixture[str]) 
             recorder_options(parser.parse_args(words))
     options = recorder_options(parser.parse_args("--split --size 1.5 --duration 2m -b 0".split()))
     assert (options["split_bytes"], options["split_seconds"]) == (1_572_864, 120.0)
-    assert options["most_seconds"] is None
+    assert options["max_seconds"] is None
     assert options["buffer_bytes"] > 1 << 50, "0 is without bound"
     assert [seconds_of(text) for text in ("30", "1.5s", "2h")] == [30.0, 1.5, 7200.0]
     with pytest.raises(argparse.ArgumentTypeError):

@@ -148,7 +148,7 @@ def test_connections_that_say_nothing_make_room_and_are_ended(serve: Serve) -> N
 class Idle:
     """A session that does nothing."""
 
-    longest = 1000
+    max_message_bytes = 1000
 
     def __init__(self, channel: Any) -> None: ...
     async def received(self, data: str | bytes) -> None: ...

@@ -60,7 +60,7 @@ def test_no_text_forges_a_record(tmp_path: Path) -> None:
 
 
 def test_a_full_file_is_numbered_and_the_eleventh_forgotten(tmp_path: Path) -> None:
-    log = RosoutLog(tmp_path / "rosout.log", most_bytes=100)
+    log = RosoutLog(tmp_path / "rosout.log", max_bytes=100)
     for number in range(30):
         log.add(record(f"record {number:02d} " + 60 * "x"))
     log.close()

@@ -80,8 +80,8 @@ def test_it_ends_by_size_and_by_time(nodes: tuple[Node, Node, Node], tmp_path: P
     one, _, node = nodes
     publisher = one.publisher("/a", String, queue_size=1000)
     with (
-        Recorder(node, tmp_path / "size.bag", ["/a"], most_bytes=20_000) as by_size,
-        Recorder(node, tmp_path / "time.bag", ["/a"], most_seconds=0.2) as by_time,
+        Recorder(node, tmp_path / "size.bag", ["/a"], max_bytes=20_000) as by_size,
+        Recorder(node, tmp_path / "time.bag", ["/a"], max_seconds=0.2) as by_time,
     ):
         publisher.wait_for_connection(20)
         assert by_time.wait(20)
@@ -296,7 +296,7 @@ def test_a_disk_with_too_little_room_ends_it_before_it_is_full(
     monkeypatch.setattr("rosproto.recording.recorder.LOOK_EVERY", 0.0)
     room = shutil.disk_usage(tmp_path)
     monkeypatch.setattr(shutil, "disk_usage", lambda folder: room._replace(free=90 << 20))
-    recorder = Recorder(node, tmp_path / "a.bag", ["/a"], least_free_bytes=100 << 20)
+    recorder = Recorder(node, tmp_path / "a.bag", ["/a"], min_free_bytes=100 << 20)
     publisher.wait_for_connection(20)
     publisher.publish(data="x")
     with pytest.raises(BagError, match="90 MB are left on the disk, less than the 100"):

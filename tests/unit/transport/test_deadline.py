@@ -66,14 +66,14 @@ def test_the_system_clock_waits_for_events() -> None:
 
 
 def test_delays_double_up_to_the_most_and_start_again() -> None:
-    backoff = Backoff(first=1, factor=2, most=5, jitter=0)
+    backoff = Backoff(first=1, factor=2, maximum=5, jitter=0)
     assert [backoff.next() for _ in range(5)] == [1, 2, 4, 5, 5]
     backoff.reset()
     assert backoff.next() == 1
 
 
 def test_jitter_stays_within_its_share() -> None:
-    backoff = Backoff(first=1, factor=1, most=1, jitter=0.25)
+    backoff = Backoff(first=1, factor=1, maximum=1, jitter=0.25)
     delays = [backoff.next() for _ in range(200)]
     assert all(0.75 <= delay <= 1.25 for delay in delays)
     assert len(set(delays)) > 1

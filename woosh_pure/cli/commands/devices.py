@@ -76,11 +76,11 @@ def run_scan(args: Namespace, out: Output) -> None:
         points = scan_in_base(chassis, scan)
         ways, nearest = free_ways(points, args.width), nearest_of(points)
         out.line(
-            "{all} in {frame}, {seeing} see something, {most:g} m at most",
+            "{all} in {frame}, {seeing} see something, {maximum:g} m at most",
             all=counted(scan.ranges.size, "ray", "rays"),
             frame=scan.frame,
             seeing=len(points),
-            most=scan.range_max,
+            maximum=scan.range_max,
         )
         if nearest is not None:
             out.line(

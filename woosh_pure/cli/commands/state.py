@@ -126,10 +126,10 @@ def run_ready(args: Namespace, out: Output) -> int:
     return READY[answer]
 
 
-def _wait_until_ready(chassis: Chassis, longest: float) -> None:
+def _wait_until_ready(chassis: Chassis, timeout: float) -> None:
     from rosproto.transport import Deadline
 
-    deadline = Deadline(longest)
+    deadline = Deadline(timeout)
     while not (is_there(chassis) or deadline.expired):
         time.sleep(0.1)
     try:

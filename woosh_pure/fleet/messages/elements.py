@@ -34,11 +34,11 @@ _PI = math.pi + 1e-6
 _MAX_NUMBER = 1e300
 
 
-def _text(most: int) -> Check:
-    return fits(lambda v, _: isinstance(v, str) and len(v) <= most, f"a text of at most {most} characters")
+def _text(limit: int) -> Check:
+    return fits(lambda v, _: isinstance(v, str) and len(v) <= limit, f"a text of at most {limit} characters")
 
 
-def _is_value(value: Any, _longest: int) -> bool:
+def _is_value(value: Any, _max_characters: int) -> bool:
     return isinstance(value, (str, list, dict)) or (
         isinstance(value, (int, float)) and abs(value) <= _MAX_NUMBER
     )
@@ -76,8 +76,8 @@ class _Parameter(NamedTuple):
 _read_parameters = listed(Reader(_Parameter, null=True), MAX_PARAMETERS, "a list of parameters")
 
 
-def _parameters(value: Any, longest: int) -> dict[str, Any]:
-    given = _read_parameters(value, longest)
+def _parameters(value: Any, max_characters: int) -> dict[str, Any]:
+    given = _read_parameters(value, max_characters)
     repeated = first_repeated(each.key for each in given)
     if repeated is not None:
         raise FieldError("", "each key once", f"{repeated} more than once")
@@ -120,8 +120,8 @@ class Action:
         return found
 
 
-def _turn(value: Any, longest: int) -> float:
-    return abs(float(_angle(value, longest)))
+def _turn(value: Any, max_characters: int) -> float:
+    return abs(float(_angle(value, max_characters)))
 
 
 ACTION = Reader(Action, null=True)
@@ -160,11 +160,11 @@ class NodePosition:
 _read_position = Reader(NodePosition, null=True)
 
 
-def _position(value: Any, longest: int) -> NodePosition:
+def _position(value: Any, max_characters: int) -> NodePosition:
     """The schema of 2.0 spells one field differently from its text, and from 2.1."""
     if isinstance(value, dict) and "allowedDeviationXY" not in value and "allowedDeviationXy" in value:
         value = {**value, "allowedDeviationXY": value["allowedDeviationXy"]}
-    return _read_position(value, longest)
+    return _read_position(value, max_characters)
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,10 +235,10 @@ class _EdgeOptions(NamedTuple):
 _read_edge, _read_options = Reader(Edge, null=True), Reader(_EdgeOptions, null=True)
 
 
-def read_edge(value: Any, longest: int = 0) -> Edge:
+def read_edge(value: Any, max_characters: int = 0) -> Edge:
     """An edge with its options as they are in JSON."""
-    edge = _read_edge(value, longest)
-    _read_options(value, longest)
+    edge = _read_edge(value, max_characters)
+    _read_options(value, max_characters)
     return replace(edge, options={name: value[name] for name, *_ in _read_options.fields if name in value})
 
 

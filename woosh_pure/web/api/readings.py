@@ -163,7 +163,7 @@ class _Events(Response):
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if self._context.streams >= MAX_STREAMS:  # here, where it is counted: many may be asked for at once
             raise Problem(
-                429, "{most_streams} streams are open already; close one first", most_streams=MAX_STREAMS
+                429, "{max_streams} streams are open already; close one first", max_streams=MAX_STREAMS
             )
         self._context.streams += 1
         gone = asyncio.ensure_future(_gone(receive))

@@ -163,7 +163,7 @@ class _Body:
     def complaint(self) -> Problem | None:
         """Return the error in the body; None if it is valid."""
         if len(self._text) > MAX_BODY:
-            return Problem(413, "the body is larger than {most} bytes", most=MAX_BODY)
+            return Problem(413, "the body is larger than {maximum} bytes", maximum=MAX_BODY)
         if not self._reading.done():
             return Problem(408, "the body did not arrive")
         if not self._text:

@@ -142,7 +142,7 @@ class Viewer:
             text = event.get("text")
             if text is None or len(text) > MAX_TEXT_CHARACTERS:
                 raise BadMessage(
-                    say("expected text of at most {most_text} characters", most_text=MAX_TEXT_CHARACTERS)
+                    say("expected text of at most {max_text} characters", max_text=MAX_TEXT_CHARACTERS)
                 )
             message = _document(text)
             if message.get("t") == "stop":  # also above the limit of messages

@@ -237,7 +237,7 @@ class ROSTopicHz:
         """(Hz; min, max, standard deviation of the gaps in s; messages); None without a new message."""
         with self.lock:
             found = self._windows[topic].news()
-        return found and (found.rate, found.least, found.most, found.deviation, found.messages)
+        return found and (found.rate, found.minimum, found.maximum, found.deviation, found.messages)
 
     def get_times(self, topic=None):
         """Gaps between messages in seconds."""
@@ -289,7 +289,7 @@ class ROSTopicDelay:
         """(mean, min, max and standard deviation in s, messages); None without a new message."""
         with self.lock:
             found = self._window.news()
-        return found and (found.mean, found.least, found.most, found.deviation, found.messages)
+        return found and (found.mean, found.minimum, found.maximum, found.deviation, found.messages)
 
     def print_delay(self):
         """Print the delay."""
