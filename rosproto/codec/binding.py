@@ -11,12 +11,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout, resolve
 from rosproto.codec.value_style import ValueStyle
 from rosproto.errors import CodecError
 from rosproto.msg import DefinitionLibrary, MessageSpec
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rosproto.codec.message import Message
+
+Octets: TypeAlias = "bytes | bytearray | memoryview | NDArray[np.uint8]"
+"""What is decoded."""
+Part: TypeAlias = "bytes | bytearray | NDArray[np.generic]"
+"""A part of an encoded message."""
 
 
 class Binding:
@@ -37,9 +48,9 @@ class Binding:
         spec: MessageSpec,
         library: DefinitionLibrary,
         value_style: ValueStyle,
-        class_for: Callable[[str], type],
+        class_for: Callable[[str], type[Message]],
     ) -> None:
-        self.cls: type = object
+        self.cls: type[Message]
         self.spec = spec
         self.library = library
         self.value_style = value_style
@@ -60,7 +71,7 @@ class Binding:
         """Whether decoded messages refer to the bytes they came from."""
         return self.value_style.views and self.layout.has_numbers and not self.layout.sparse
 
-    def maker(self, name: str) -> Callable[[], Any]:
+    def maker(self, name: str) -> Callable[[], object]:
         """The fastest constructor of an empty instance.
 
         Message classes have no `__init__` (the metaclass initializes instances), so `type.__call__` stays in
@@ -71,11 +82,21 @@ class Binding:
         if name == "duration":
             return partial(object.__new__, self.value_style.duration)
         cls = self.class_for(name)
-        maker: Callable[[], Any] = type.__call__.__get__(cls)
+        maker: Callable[[], Message] = type.__call__.__get__(cls)
         return maker
 
     # -- the functions -----------------------------------------------------------------------
 
+    @overload
+    def function(self, name: Literal["encode", "general_encode"]) -> Callable[[Message], bytes]: ...
+    @overload
+    def function(self, name: Literal["parts"]) -> Callable[[Message], list[Part]]: ...
+    @overload
+    def function(
+        self, name: Literal["decode", "general_decode"]
+    ) -> Callable[[Octets, int, int], Message]: ...
+    @overload
+    def function(self, name: Literal["fill"]) -> Callable[[Message], None]: ...
     def function(self, name: str) -> Callable[..., Any]:
         """One of "encode", "parts", "decode", "fill", generated on first use."""
         found = self._functions.get(name)
@@ -86,10 +107,10 @@ class Binding:
                 type.__setattr__(self.cls, f"_{name}", found)
         return found
 
-    def stub(self, name: str) -> Callable[..., Any]:
+    def stub(self, name: Literal["encode", "decode", "fill"]) -> Callable[..., object]:
         """A placeholder that generates the function on its first call."""
 
-        def first(*args: Any) -> Any:
+        def first(*args: Any) -> object:
             return self.function(name)(*args)
 
         return first
@@ -125,16 +146,16 @@ class Binding:
 
     # -- when generated code fails -----------------------------------------------------------
 
-    def _decode_general(self, data: Any, start: int, end: int) -> Any:
+    def _decode_general(self, data: Octets, start: int, end: int) -> Message:
         return self.function("general_decode")(data, start, end)
 
-    def _decode_again(self, data: Any, start: int, end: int, error: Exception) -> Any:
+    def _decode_again(self, data: Octets, start: int, end: int, error: Exception) -> Message:
         """Decode with the general code, which accepts non-UTF-8 text and all kinds of buffers."""
         if isinstance(error, (UnicodeDecodeError, AttributeError, TypeError)):
             return self.function("general_decode")(data, start, end)
         return self._decode_slowly(data, start, end, error)
 
-    def _decode_slowly(self, data: Any, start: int, end: int, error: Exception | None = None) -> Any:
+    def _decode_slowly(self, data: Octets, start: int, end: int, error: Exception | None = None) -> Message:
         """Decode with the reference codec, which names a wrong field and supports sparse layouts."""
         from rosproto.codec.reference import decode_layout
 
@@ -144,14 +165,13 @@ class Binding:
             raise self.value_style.decode_error(found) from None
         return from_plain(self, plain)
 
-    def _encode_again(self, message: Any, error: Exception) -> bytes:
-        encoded: bytes = self.function("general_encode")(message)
-        return encoded
+    def _encode_again(self, message: Message, error: Exception) -> bytes:
+        return self.function("general_encode")(message)
 
-    def _parts_again(self, message: Any, error: Exception) -> list[Any]:
+    def _parts_again(self, message: Message, error: Exception) -> list[Part]:
         return [self._encode_again(message, error)]
 
-    def _encode_slowly(self, message: Any, error: Exception) -> bytes:
+    def _encode_slowly(self, message: Message, error: Exception) -> bytes:
         """Raise an error that names the field with the wrong value."""
         from rosproto.codec.reference import encode_layout
 
@@ -161,7 +181,7 @@ class Binding:
             raise self.value_style.encode_error(found) from None
 
 
-def to_plain(layout: Layout, message: Any) -> Any:
+def to_plain(layout: Layout, message: object) -> object:
     """A message as plain values for the reference codec, without unset fields.
 
     Other objects are passed on unchanged; the reference codec reports them.
@@ -182,7 +202,7 @@ _dict_given = type(
 )()
 
 
-def _plain_field(field: FieldLayout, value: Any) -> Any:
+def _plain_field(field: FieldLayout, value: Any) -> object:
     if not field.is_array:
         return _plain_one(field, value)
     if isinstance(value, (str, bytes, bytearray, dict)) or value is None:
@@ -204,7 +224,7 @@ def _plain_field(field: FieldLayout, value: Any) -> Any:
     return [_plain_one(field, item) for item in items]
 
 
-def _plain_one(field: FieldLayout, value: Any) -> Any:
+def _plain_one(field: FieldLayout, value: object) -> object:
     if field.layout is not None:
         return to_plain(field.layout, value)
     if field.kind == "time" and hasattr(value, "secs") and hasattr(value, "nsecs"):
@@ -214,15 +234,15 @@ def _plain_one(field: FieldLayout, value: Any) -> Any:
     return value
 
 
-def from_plain(binding: Binding, plain: dict[str, Any]) -> Any:
+def from_plain(binding: Binding, plain: dict[str, Any]) -> Message:
     """A message of `binding`'s class from the reference codec's values."""
     message = _build(binding, binding.layout, plain)
     message._connection_header = None
     return message
 
 
-def _build(binding: Binding, layout: Layout, plain: dict[str, Any]) -> Any:
-    message = binding.maker(layout.spec.name)()
+def _build(binding: Binding, layout: Layout, plain: dict[str, Any]) -> Message:
+    message = object.__new__(binding.class_for(layout.spec.name))
     for field in layout.fields:
         value = plain[field.name]
         if not field.is_array:
@@ -235,7 +255,7 @@ def _build(binding: Binding, layout: Layout, plain: dict[str, Any]) -> Any:
     return message
 
 
-def _build_one(binding: Binding, field: FieldLayout, value: Any) -> Any:
+def _build_one(binding: Binding, field: FieldLayout, value: Any) -> object:
     if field.layout is not None:
         return _build(binding, field.layout, value)
     if field.kind == "time":
@@ -244,7 +264,7 @@ def _build_one(binding: Binding, field: FieldLayout, value: Any) -> Any:
     return value
 
 
-def _numbers(binding: Binding, field: FieldLayout, value: Any) -> Any:
+def _numbers(binding: Binding, field: FieldLayout, value: bytes | list[float]) -> Sequence[float] | NDArray[np.generic]:
     if not binding.value_style.views:
         return value if isinstance(value, bytes) else value if field.code == "?" else tuple(value)
     import numpy as np

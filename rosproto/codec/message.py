@@ -5,11 +5,18 @@ Source: genpy/message.py; tools written for rospy messages rely on these names.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
 
-from rosproto.codec.binding import Binding
+from rosproto.codec.binding import Binding, Octets
 from rosproto.msg import MessageSpec
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
+    from numpy.typing import NDArray
+    from typing_extensions import Self
+
+M = TypeVar("M", bound="Message")
 
 __all__ = ["AnyMsg", "DynamicMessage", "Message", "MessageMeta", "ServiceType"]
 
@@ -17,18 +24,16 @@ __all__ = ["AnyMsg", "DynamicMessage", "Message", "MessageMeta", "ServiceType"]
 class _Lazy:
     """A class attribute that is computed on first access and stored on the class."""
 
-    def __init__(self, work: Callable[[Binding], Any]) -> None:
+    def __init__(self, name: str, work: Callable[[Binding], object]) -> None:
+        self.name = name
         self._work = work
 
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    def __get__(self, instance: object, owner: Any) -> Any:
+    def __get__(self, instance: object, owner: type[Message]) -> object:
         binding = owner._binding
         if binding is None:
-            raise AttributeError(f"{owner.__name__} has no {self._name}: take a class of message_class()")
+            raise AttributeError(f"{owner.__name__} has no {self.name}: take a class of message_class()")
         value = self._work(binding)
-        type.__setattr__(binding.cls, self._name, value)
+        type.__setattr__(binding.cls, self.name, value)
         return value
 
 
@@ -39,14 +44,14 @@ class MessageMeta(type):
     no `__init__`. A subclass may have one; it starts from default values.
     """
 
-    _fill: Callable[[Any], None]
+    _fill: Callable[[object], None]
     _names: frozenset[str]
 
-    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
-        self: Any = object.__new__(cls)  # type: ignore[arg-type]
-        if cls.__init__ is not object.__init__:  # type: ignore[misc]
+    def __call__(cls: type[M], *args: object, **kwargs: object) -> M:
+        self = object.__new__(cls)
+        if cls.__init__ is not object.__init__:
             cls._fill(self)
-            cls.__init__(self, *args, **kwargs)  # type: ignore[misc]
+            cls.__init__(self, *args, **kwargs)
             return self
         if args:
             cls._set_all(self, args, kwargs)
@@ -59,7 +64,7 @@ class MessageMeta(type):
                 setattr(self, name, value)
         return self
 
-    def _set_all(cls, self: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> None:
+    def _set_all(cls, self: Message, args: tuple[object, ...], kwargs: dict[str, object]) -> None:
         slots = cls.__slots__  # type: ignore[attr-defined]
         if kwargs:
             raise TypeError(f"{cls.__name__} takes positional or keyword arguments, not both")
@@ -77,7 +82,7 @@ class MessageMeta(type):
         return f"{cls._type}, which has {', '.join(cls.__slots__) or 'no fields'}"  # type: ignore[attr-defined]
 
 
-def _only_a_base(*_: Any) -> NoReturn:
+def _only_a_base(*_: object) -> NoReturn:
     raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
 
 
@@ -112,10 +117,10 @@ class Message(metaclass=MessageMeta):
     _has_header: ClassVar[bool] = False
     _binding: ClassVar[Binding | None] = None
     _names: ClassVar[frozenset[str]] = frozenset()
-    _md5sum: ClassVar[Any] = _Lazy(lambda b: b.library.md5sum(b.spec.name, kind="msg"))
-    _full_text: ClassVar[Any] = _Lazy(lambda b: b.library.full_text(b.spec.name, kind="msg"))
-    _slot_types: ClassVar[Any] = _Lazy(lambda b: [str(field.type) for field in b.spec.fields])
-    _has_views: ClassVar[Any] = _Lazy(lambda b: b.has_views)
+    _md5sum: ClassVar[str]
+    _full_text: ClassVar[str]
+    _slot_types: ClassVar[Sequence[str]]
+    _has_views: ClassVar[bool]
 
     _connection_header: dict[str, str] | None
 
@@ -123,14 +128,18 @@ class Message(metaclass=MessageMeta):
 
         def __init__(self, *args: Any, **kwargs: Any) -> None: ...
 
-    _fill: ClassVar[Any] = _only_a_base
-    _encode: ClassVar[Any] = _only_a_base
-    _decode: ClassVar[Any] = _only_a_base
+        def _fill(self) -> None: ...
+        def _encode(self) -> bytes: ...
+        @classmethod
+        def _decode(cls, data: Octets, start: int, end: int) -> Self: ...
+
+    else:
+        _fill = _encode = _decode = _only_a_base
 
     def _get_types(self) -> list[str]:
         return list(self._slot_types)
 
-    def serialize(self, buff: Any) -> None:
+    def serialize(self, buff: SupportsWrite[bytes]) -> None:
         """Write the encoded message to `buff`, an object with `write(bytes)`.
 
         Raises:
@@ -138,7 +147,7 @@ class Message(metaclass=MessageMeta):
         """
         buff.write(self._encode())
 
-    def deserialize(self, str: Any) -> Any:
+    def deserialize(self, str: Octets) -> Self:
         """Set all fields from encoded bytes and return this message. The argument's name is genpy's.
 
         Raises:
@@ -170,27 +179,27 @@ class Message(metaclass=MessageMeta):
 
         return strify_message(self)
 
-    def __getstate__(self) -> list[Any]:
+    def __getstate__(self) -> list[object]:
         return [getattr(self, name) for name in self.__slots__]
 
-    def __setstate__(self, state: list[Any]) -> None:
+    def __setstate__(self, state: Sequence[object]) -> None:
         for name, value in zip(self.__slots__, state, strict=True):
             setattr(self, name, value)
         self._connection_header = None
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         from rosproto.codec.classes import pickled
 
         return pickled(self)
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         new = object.__new__(type(self))
         for name in (*self.__slots__, "_connection_header"):
             if hasattr(self, name):
                 setattr(new, name, getattr(self, name))
         return new
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
+    def __deepcopy__(self, memo: dict[int, object]) -> Self:
         """A copy that shares nothing; its arrays are writable."""
         import copy
 
@@ -199,6 +208,15 @@ class Message(metaclass=MessageMeta):
             if hasattr(self, name):
                 setattr(new, name, copy.deepcopy(getattr(self, name), memo))
         return new
+
+
+for _lazy in (
+    _Lazy("_md5sum", lambda b: b.library.md5sum(b.spec.name, kind="msg")),
+    _Lazy("_full_text", lambda b: b.library.full_text(b.spec.name, kind="msg")),
+    _Lazy("_slot_types", lambda b: [str(field.type) for field in b.spec.fields]),
+    _Lazy("_has_views", lambda b: b.has_views),
+):
+    setattr(Message, _lazy.name, _lazy)
 
 
 if TYPE_CHECKING:
@@ -216,7 +234,7 @@ else:
     DynamicMessage = Message
 
 
-def _equal(ours: Any, theirs: Any) -> bool:
+def _equal(ours: object, theirs: object) -> bool:
     """Equality of field values; arrays, lists, tuples and bytes compare by element."""
     if ours is theirs and not hasattr(ours, "dtype"):
         return ours == theirs if isinstance(ours, (float, list, tuple, Message)) else True
@@ -227,13 +245,13 @@ def _equal(ours: Any, theirs: Any) -> bool:
     return bool(ours == theirs)
 
 
-def _equal_arrays(ours: Any, theirs: Any) -> bool:
+def _equal_arrays(ours: object, theirs: object) -> bool:
     import numpy as np
 
-    def flat(value: Any) -> Any:
+    def flat(value: object) -> NDArray[np.generic]:
         if isinstance(value, (bytes, bytearray, memoryview)):
             return np.frombuffer(bytes(value), "u1")
-        return np.asarray(value).reshape(-1) if np.ndim(value) != 1 else np.asarray(value)
+        return np.asarray(value).reshape(-1)
 
     try:
         return bool(np.array_equal(flat(ours), flat(theirs)))
@@ -264,16 +282,16 @@ class AnyMsg(Message):
     def _encode(self) -> bytes:
         return bytes(self._buff)
 
-    @staticmethod
-    def _decode(data: Any, start: int, end: int) -> Any:
-        message = object.__new__(AnyMsg)
+    @classmethod
+    def _decode(cls, data: Octets, start: int, end: int) -> Self:
+        message = object.__new__(cls)
         message._buff = bytes(data[start:end])
         message._connection_header = None
         return message
 
     _names = frozenset({"_buff"})
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         return AnyMsg, (self._buff,)
 
     def __str__(self) -> str:

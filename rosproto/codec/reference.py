@@ -8,10 +8,13 @@ char[] bytes, time and duration a (secs, nsecs) pair, a string a str (bytes that
 from __future__ import annotations
 
 import struct
-from typing import Any
+from typing import TYPE_CHECKING, NoReturn, SupportsFloat, SupportsIndex
 
 from rosproto.codec.layout import RANGES_BY_CODE, FieldLayout, Layout
 from rosproto.errors import CodecError
+
+if TYPE_CHECKING:
+    from rosproto.codec.binding import Octets
 
 LIGHT_SPARE = 1 << 18
 LIGHT_PER_BYTE = 16
@@ -20,7 +23,7 @@ each byte of the message. (This codec, which decodes them, temporarily takes fou
 """
 
 
-def decode_layout(layout: Layout, data: Any, start: int, end: int) -> dict[str, Any]:
+def decode_layout(layout: Layout, data: Octets, start: int, end: int) -> dict[str, object]:
     """Decode exactly the bytes `data[start:end]`.
 
     Raises:
@@ -38,7 +41,7 @@ def decode_layout(layout: Layout, data: Any, start: int, end: int) -> dict[str, 
 
 
 class _Reader:
-    def __init__(self, type_name: str, data: Any, start: int, end: int) -> None:
+    def __init__(self, type_name: str, data: Octets, start: int, end: int) -> None:
         self.type_name = type_name
         self.data = memoryview(data)
         self.start = start
@@ -47,7 +50,7 @@ class _Reader:
         # A short message may have many elements of (nearly) no bytes: limit their memory.
         self.free_bytes = LIGHT_SPARE + LIGHT_PER_BYTE * (end - start)
 
-    def fail(self, path: str, text: str) -> None:
+    def fail(self, path: str, text: str) -> NoReturn:
         raise CodecError(text, type_name=self.type_name, field_path=path, offset=self.position - self.start)
 
     def take(self, size: int, path: str, what: str) -> memoryview:
@@ -66,10 +69,10 @@ class _Reader:
         (count,) = struct.unpack("<I", self.take(4, path, "a length of 4 bytes"))
         return int(count)
 
-    def message(self, layout: Layout, prefix: str) -> dict[str, Any]:
+    def message(self, layout: Layout, prefix: str) -> dict[str, object]:
         return {field.name: self.field(field, prefix + field.name) for field in layout.fields}
 
-    def field(self, field: FieldLayout, path: str) -> Any:
+    def field(self, field: FieldLayout, path: str) -> object:
         if not field.is_array:
             return self.one(field, path)
         if field.length is not None:
@@ -97,13 +100,13 @@ class _Reader:
         if self.free_bytes < 0:
             self.fail(path, f"{count} elements of {field.base} that take (nearly) no bytes are refused")
 
-    def numbers(self, field: FieldLayout, count: int, path: str) -> Any:
+    def numbers(self, field: FieldLayout, count: int, path: str) -> bytes | list[float]:
         taken = self.take(count * field.size, path, f"{count} elements of {field.base}")
         if field.code == "B":
             return bytes(taken)
         return list(struct.unpack(f"<{count}{field.code}", taken))
 
-    def one(self, field: FieldLayout, path: str) -> Any:
+    def one(self, field: FieldLayout, path: str) -> object:
         if field.layout is not None:
             return self.message(field.layout, path + ".")
         if field.kind == "string":
@@ -116,7 +119,7 @@ class _Reader:
         return struct.unpack("<" + field.code, self.take(field.size, path, f"{field.base}"))[0]
 
 
-def encode_layout(layout: Layout, value: dict[str, Any]) -> bytes:
+def encode_layout(layout: Layout, value: object) -> bytes:
     """Encode a dict of fields.
 
     Raises:
@@ -132,10 +135,10 @@ class _Writer:
         self.type_name = type_name
         self.parts = parts
 
-    def fail(self, path: str, text: str) -> None:
+    def fail(self, path: str, text: str) -> NoReturn:
         raise CodecError(text, type_name=self.type_name, field_path=path)
 
-    def message(self, layout: Layout, value: Any, prefix: str) -> None:
+    def message(self, layout: Layout, value: object, prefix: str) -> None:
         if not isinstance(value, dict):
             self.fail(prefix.rstrip("."), f"a {layout.spec.name} is expected, not {_shown(value)}")
         for field in layout.fields:
@@ -144,7 +147,7 @@ class _Writer:
                 self.fail(path, "has no value; give one, or create the message by its class")
             self.field(field, value[field.name], path)
 
-    def field(self, field: FieldLayout, value: Any, path: str) -> None:
+    def field(self, field: FieldLayout, value: object, path: str) -> None:
         if not field.is_array:
             self.one(field, value, path)
             return
@@ -165,7 +168,7 @@ class _Writer:
         for index, item in enumerate(value):
             self.one(field, item, f"{path}[{index}]")
 
-    def one(self, field: FieldLayout, value: Any, path: str) -> None:
+    def one(self, field: FieldLayout, value: object, path: str) -> None:
         if field.layout is not None:
             self.message(field.layout, value, path + ".")
         elif field.kind == "string":
@@ -177,7 +180,7 @@ class _Writer:
         else:
             self.real(field.base, field.code, value, path)
 
-    def string(self, value: Any, path: str) -> None:
+    def string(self, value: object, path: str) -> None:
         if isinstance(value, str):
             try:
                 value = value.encode("utf-8", "surrogateescape")
@@ -187,7 +190,7 @@ class _Writer:
             self.fail(path, f"str expected, not {_shown(value)}")
         self.parts.append(struct.pack("<I", len(value)) + bytes(value))
 
-    def time(self, field: FieldLayout, value: Any, path: str) -> None:
+    def time(self, field: FieldLayout, value: object, path: str) -> None:
         if not (isinstance(value, tuple) and len(value) == 2):
             name = field.base.capitalize()
             self.fail(
@@ -196,7 +199,7 @@ class _Writer:
         for part, name, code in zip(value, ("secs", "nsecs"), field.code, strict=True):
             self.integer(field.base, code, part, f"{path}.{name}")
 
-    def integer(self, base: str, code: str, value: Any, path: str) -> None:
+    def integer(self, base: str, code: str, value: object, path: str) -> None:
         low, high = RANGES_BY_CODE[code]
         try:
             number = value.__index__()
@@ -206,7 +209,7 @@ class _Writer:
             self.fail(path, f"{value} is out of range for {base} ({_range_text(base, low, high)})")
         self.parts.append(struct.pack("<" + ("B" if code == "?" else code), number))
 
-    def real(self, base: str, code: str, value: Any, path: str) -> None:
+    def real(self, base: str, code: str, value: object, path: str) -> None:
         if isinstance(value, (str, bytes)) or not (
             hasattr(value, "__float__") or hasattr(value, "__index__")
         ):
@@ -222,6 +225,6 @@ def _range_text(base: str, low: int, high: int) -> str:
     return "True or False" if base == "bool" else f"{low}..{high}"
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     text = repr(value) if isinstance(value, (str, bytes, int, float, bool, type(None))) else ""
     return f"{type(value).__name__} {text[:60]}".rstrip() if value is not None else "None"
