@@ -109,7 +109,8 @@ class _LastMessage:
     def __init__(self, node: Node, message: LastMessage) -> None:
         self._node = node
         self._class = define(message.type, message.text)
-        self._publisher = node.publisher(message.topic, self._class, queue_size=ROUNDS, linger=False)
+        # What was sent is delivered although this process is killed: a zero or a cancel may be late.
+        self._publisher = node.publisher(message.topic, self._class, queue_size=ROUNDS)
         self.data = message.data
         self.done = False
         self._awaited = False  # whether somebody subscribes

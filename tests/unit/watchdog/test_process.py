@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -12,7 +13,7 @@ import pytest
 
 from rosproto.codec import encode, message_class, service_class
 from rosproto.master import Master
-from rosproto.node import Node
+from rosproto.node import MasterClient, Node
 from rosproto.watchdog.process import WatchdogProcess
 from rosproto.watchdog.protocol import (
     ROUNDS,
@@ -163,6 +164,44 @@ def test_what_is_being_prepared_when_the_parent_ends_is_sent_all_the_same(robot:
     pipe.say(prepared(robot, 1, zero("/cmd_vel")))
     pipe.end()
     assert heard
+
+
+@pytest.mark.promise("are sent at once, and three times more within a tenth of a second")
+def test_at_the_end_it_sends_before_it_does_anything_else(
+    robot: Node, pipe: Pipe, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It looks nothing up, asks no master and starts no thread before the zeros and cancels are sent."""
+    order: list[str] = []
+    enough = threading.Event()
+
+    def noted(owner: Any, name: str) -> None:
+        before = getattr(owner, name)
+
+        def call(*given: Any, **options: Any) -> Any:
+            if enough.is_set() or threading.current_thread() is not pipe.thread:
+                return before(*given, **options)
+            order.append(f"{name} {given[:1]}")
+            raise OSError("not before the zeros")
+
+        monkeypatch.setattr(owner, name, call)
+
+    def hear(message: Any) -> None:
+        order.append("zero")
+        if order.count("zero") == ROUNDS:
+            enough.set()
+
+    robot.subscriber("/cmd_vel", TWIST, hear, queue_size=100)
+    pipe.prepare(prepared(robot, 1, zero("/cmd_vel")))
+    for owner, name in (
+        (threading.Thread, "start"),
+        (socket, "getaddrinfo"),
+        (socket.socket, "connect"),
+        (MasterClient, "get_system_state"),
+        (MasterClient, "lookup_node"),
+    ):
+        noted(owner, name)
+    pipe.end()
+    assert order == ["zero"] * ROUNDS
 
 
 def test_it_tells_a_parent_that_was_silent_and_goes_on_watching(robot: Node, pipe: Pipe) -> None:

@@ -18,9 +18,12 @@ import pytest
 
 from rosproto.codec import encode, message_class
 from rosproto.master import Master
-from rosproto.node import Node
+from rosproto.node import Node, NodeClient
+from rosproto.protocol.connection_header import encode_header
+from rosproto.protocol.handshake import subscriber_header
 from rosproto.watchdog import LastMessage, Watchdog, WatchedNode
-from rosproto.watchdog.protocol import SILENCE_SECONDS, watchdog_name
+from rosproto.watchdog.protocol import ROUNDS, SILENCE_SECONDS, watchdog_name
+from tests.support import attacks
 
 ROOT = Path(__file__).resolve().parents[3]
 TWIST = message_class("geometry_msgs/Twist")
@@ -125,6 +128,27 @@ def test_a_killed_program_is_followed_by_zero_and_by_the_end_of_its_watchdog(
     until(lambda: not alive(program.watchdog))
     until(lambda: robot.zeros == 5)
     assert "_rosproto_watchdog" not in str(robot.node.master.get_system_state()), "it has left the graph"
+
+
+@SIGNALS
+def test_what_a_killed_watchdog_has_sent_is_still_delivered(robot: Robot, program: Program) -> None:
+    """A reset would discard what is on its way, as it does for a velocity; the connection ends without one."""
+    name = watchdog_name("/program")
+    with NodeClient(robot.node.master.lookup_node(name), "/late") as slave:
+        _, host, port = slave.request_topic("/cmd_vel", [["TCPROS"]])
+    header = subscriber_header(
+        topic="/cmd_vel", type_name=TWIST._type, md5sum=TWIST._md5sum, callerid="/late"
+    )
+    with attacks.connect((str(host), int(str(port))), encode_header(header)) as sock:
+        attacks.read_header(sock)
+        program.process.kill()
+        until(lambda: robot.zeros >= ROUNDS - 1)
+        os.kill(program.watchdog, signal.SIGKILL)
+        until(lambda: not alive(program.watchdog))
+        for _ in range(ROUNDS - 1):
+            assert attacks.read_frame(sock)
+        while sock.recv(4096):
+            pass
 
 
 @SIGNALS
