@@ -26,6 +26,7 @@ from woosh_pure.values.convert import prepare, stamp_of, to_value
 from woosh_pure.values.messages import message_type
 
 T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
 logger = get_logger("woosh_pure.feed")
 
 FIRST_USE = 1.0
@@ -40,7 +41,7 @@ _QUEUE, _QUEUE_ON_CHANGE = 10, 1000  # messages sent on change only must not be 
 
 
 @dataclass(frozen=True, slots=True)
-class Reading(Generic[T]):
+class Reading(Generic[T_co]):
     """One received value.
 
     Attributes:
@@ -50,7 +51,7 @@ class Reading(Generic[T]):
         message: The message itself.
     """
 
-    value: T
+    value: T_co
     received: float
     stamp: float | None
     message: Any

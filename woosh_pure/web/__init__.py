@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from woosh_pure.web.access import AccessRules
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from fastapi import FastAPI
 
     from woosh_pure.chassis import Chassis
+    from woosh_pure.web.marks import NamedPlace
 
 __all__ = ["app", "close"]
 
@@ -31,7 +32,7 @@ def app(
     origins: Iterable[str] = (),
     hosts: Iterable[str] = (),
     name: str | None = None,
-    marks: Iterable[Any] = (),
+    marks: Iterable[NamedPlace] | Mapping[str, Iterable[NamedPlace]] = (),
     recordings: str | Path | None = None,
 ) -> FastAPI:
     """Return the page and the API of one or more robots as an ASGI application to serve or to mount.

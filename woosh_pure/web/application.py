@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fastapi import Depends, FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -30,6 +30,9 @@ from woosh_pure.web.openapi import TEXT, describe, methods_at, parts_of, schema_
 from woosh_pure.web.snapshot import text_of
 from woosh_pure.web.validation_errors import refusal
 
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
 PAGE = Path(__file__).parent / "page"
 _ROBOT = (
     *(readings.state, commands.goals, stop.router, readings.maps, readings.pictures, readings.feeds),
@@ -41,7 +44,7 @@ _SERVER = (readings.robots, session.login)
 class _Json(JSONResponse):
     """JSON in which NaN and infinity are null."""
 
-    def render(self, content: Any) -> bytes:
+    def render(self, content: object) -> bytes:
         """See Starlette."""
         return text_of(content).encode()
 
@@ -134,16 +137,17 @@ async def _on_error(request: Request, error: Exception) -> JSONResponse:
 
 async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
     parts, wrong = parts_of(request), []
-    for one in getattr(error, "errors", list)()[:10]:
+    errors: list[ErrorDetails] = getattr(error, "errors", list)()
+    for one in errors[:10]:
         where, *way = one["loc"]
-        sentence = _wrong_body(request, one) or refusal(
-            [{**one, "loc": way}], schema_of(request, where), parts
-        )
+        inside = one.copy()
+        inside["loc"] = tuple(way)
+        sentence = _wrong_body(request, one) or refusal([inside], schema_of(request, str(where)), parts)
         wrong.append(sentence)
     return _answer(request, Problem(422, both(*dict.fromkeys(wrong)), "invalid"))
 
 
-def _wrong_body(request: Request, error: dict[str, Any]) -> str:
+def _wrong_body(request: Request, error: ErrorDetails) -> str:
     """Describe why a body is not JSON; "" if it is JSON."""
     if error.get("type") == "json_invalid":
         reason, at = error.get("ctx", {}).get("error", ""), error.get("loc", ("", "?"))[-1]

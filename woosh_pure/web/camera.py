@@ -7,7 +7,7 @@ from __future__ import annotations
 import io
 import threading
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -65,7 +65,7 @@ class SharedCamera:
     def __init__(self, chassis: Chassis, source: str) -> None:
         self._chassis, self._row = chassis, interface.find(FEEDS[source])
         self._lock = threading.Lock()
-        self._feed: Feed[Any] | None = None
+        self._feed: Feed[Image] | None = None
         self._viewers = 0
         self._left = 0.0
 
@@ -94,12 +94,12 @@ class SharedCamera:
             feed, self._feed = self._feed, None
         feed.close()
 
-    def newest(self) -> Reading[Any] | None:
+    def newest(self) -> Reading[Image] | None:
         """Return the newest picture, or None if there is none yet. Never waits."""
         feed = self._feed
         return None if feed is None else feed.known
 
-    def picture(self, timeout: float = 3.0) -> Any:
+    def picture(self, timeout: float = 3.0) -> Image:
         """Return one picture; blocks until there is one.
 
         Raises:

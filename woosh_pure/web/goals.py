@@ -64,10 +64,10 @@ class Command(NamedTuple):
 
     text: str
     key: str = ""
-    values: Mapping[str, Any] = {}
+    values: Mapping[str, object] = {}
 
 
-def command(key: str, **values: Any) -> Command:
+def command(key: str, **values: object) -> Command:
     """Make a command from its key and values."""
     return Command(COMMANDS[key].format_map(values), key, values)
 
@@ -99,11 +99,11 @@ class Entry:
     ended: float | None = None
     goal: str = ""
     key: str = ""
-    values: Mapping[str, Any] = field(default_factory=dict)
-    reasons: tuple[dict[str, Any], ...] = ()
+    values: Mapping[str, object] = field(default_factory=dict)
+    reasons: tuple[dict[str, object], ...] = ()
     said: dict[str, str] | None = None
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """The entry as the API sends it."""
         return asdict(self)
 
@@ -133,13 +133,22 @@ class Journal:
                 del self._entries[next(iter(self._entries))]
             return number
 
-    def end(self, number: int, state: str, text: str = "", **why: Any) -> None:
+    def end(
+        self,
+        number: int,
+        state: str,
+        text: str = "",
+        *,
+        reasons: tuple[dict[str, object], ...] = (),
+        said: dict[str, str] | None = None,
+    ) -> None:
         """Note the end of an entry, with `reasons` and `said`. A dropped entry is ignored."""
         ended = round(time.time(), 3)
         with self._lock:
             if number in self._entries:
                 _, entry = self._entries[number]
-                self._put(replace(entry, state=state, text=short(printable(text), 1000), ended=ended, **why))
+                text = short(printable(text), 1000)
+                self._put(replace(entry, state=state, text=text, ended=ended, reasons=reasons, said=said))
 
     def note(self, who: str, what: Command | str, state: str = "done", text: str = "") -> None:
         """Add an entry for a finished command."""
@@ -191,7 +200,7 @@ class Goal:
     error: str = ""
     start: Mapping[str, float] | None = None
     target: Mapping[str, float] | None = None
-    reasons: tuple[dict[str, Any], ...] = ()
+    reasons: tuple[dict[str, object], ...] = ()
     said: dict[str, str] | None = None
     begun_monotonic: float = field(default_factory=time.monotonic)
 
@@ -207,7 +216,7 @@ class Goal:
             time.sleep(0.01)
         return self.done
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """The goal as the API sends it."""
         outcome = self.outcome
         percent = getattr(self.handle.latest_progress, "percent", None)
@@ -288,9 +297,12 @@ class GoalManager:
         try:
             handle = begin()
         except Exception as error:
-            problem, refused = problem_of(error), isinstance(error, MotionRefused)
-            why = {"reasons": tuple(problem.facts.get("reasons", ())), "said": problem.facts.get("said")}
-            self._journal.end(entry, "refused" if refused else "failed", problem.text, **why)
+            text = problem_of(error).text
+            if isinstance(error, MotionRefused):
+                reasons, said = tuple(reasons_part(error.reasons)), said_part(error.said)
+                self._journal.end(entry, "refused", text, reasons=reasons, said=said)
+            else:
+                self._journal.end(entry, "failed", text)
             raise
         begun = round(time.time(), 3)
         goal = Goal(number, kind, what, who, handle, begun, entry, start=start, target=target)
@@ -316,10 +328,10 @@ class GoalManager:
             goal.outcome = outcome  # first, because the following calls may block
             goal.reasons = self._reasons(outcome)
             goal.said = None if outcome.arrived else said_part(outcome.text)
-            why = {"reasons": goal.reasons, "said": goal.said}
-            self._journal.end(goal.entry, outcome.kind.value, for_clients(outcome.sentence()), **why)
+            text = for_clients(outcome.sentence())
+            self._journal.end(goal.entry, outcome.kind.value, text, reasons=goal.reasons, said=goal.said)
 
-    def _reasons(self, outcome: Outcome) -> tuple[dict[str, Any], ...]:
+    def _reasons(self, outcome: Outcome) -> tuple[dict[str, object], ...]:
         """Return the reasons in the robot's state for the failure of a goal."""
         if outcome.kind not in (OutcomeKind.FAILED, OutcomeKind.REJECTED):
             return ()
@@ -366,7 +378,7 @@ class _KeyedRequest:
     """A request with a key, and its answer; None until there is one."""
 
     request: str
-    answer: dict[str, Any] | Problem | None = None
+    answer: dict[str, object] | Problem | None = None
 
 
 class IdempotentAnswers:
@@ -379,7 +391,9 @@ class IdempotentAnswers:
         self._lock = threading.Lock()
         self._known: OrderedDict[tuple[str, str], _KeyedRequest] = OrderedDict()
 
-    def give(self, who: str, key: str, request: str, act: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    def give(
+        self, who: str, key: str, request: str, act: Callable[[], dict[str, object]]
+    ) -> dict[str, object]:
         """Return the answer to the first request with this key, or else the result of `act`.
 
         Args:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from rosproto.errors import (
     BagError,
@@ -109,7 +108,14 @@ class Problem(Exception):
     """
 
     def __init__(
-        self, status: int, text: str, kind: str = "", /, *, facts: dict[str, Any] | None = None, **values: Any
+        self,
+        status: int,
+        text: str,
+        kind: str = "",
+        /,
+        *,
+        facts: dict[str, object] | None = None,
+        **values: object,
     ) -> None:
         self.text = say(text, **values) if values else text
         super().__init__(self.text)
@@ -119,7 +125,7 @@ class Problem(Exception):
         """A copy to raise again, without the traceback of this one."""
         return Problem(self.status, self.text, self.kind, facts=self.facts)
 
-    def document(self, instance: str, language: str = "en") -> dict[str, Any]:
+    def document(self, instance: str, language: str = "en") -> dict[str, object]:
         """The problem+json document.
 
         Args:
@@ -165,8 +171,8 @@ def problem_of(error: Exception) -> Problem:
     return Problem(500, "internal error; see the server's log", "internal")
 
 
-def _facts(error: Exception) -> dict[str, Any]:
-    facts: dict[str, Any] = {}
+def _facts(error: Exception) -> dict[str, object]:
+    facts: dict[str, object] = {}
     if isinstance(error, MotionRefused):
         facts.update(reasons=reasons_part(error.reasons), said=said_part(error.said))
     elif isinstance(error, StaleState):

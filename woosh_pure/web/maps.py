@@ -6,7 +6,6 @@ import hashlib
 import threading
 import time
 from dataclasses import dataclass
-from typing import Any
 
 from rosproto.errors import RosError
 from rosproto.numeric import encode_png
@@ -32,7 +31,7 @@ class KnownMap:
     version: str
     png: bytes
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """The map's facts as the API sends them; the origin is the lower left corner, in m and rad."""
         grid = self.grid
         return {

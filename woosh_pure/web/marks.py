@@ -7,14 +7,15 @@ task only if the mark is declared as one of the chassis's map.
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.text import printable
+from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import MarkFile, UserMark
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.snapshot import pose_part
@@ -23,7 +24,7 @@ MAX_MARKS = 1000
 _logger = get_logger("woosh_pure.web")
 
 
-def mark_part(mark: UserMark) -> dict[str, Any]:
+def mark_part(mark: UserMark) -> dict[str, object]:
     """Return a mark as the API sends it; x, y and yaw are null if the pose is not known."""
     pose = None if mark.pose is None else pose_part(mark.pose)
     return {
@@ -35,6 +36,18 @@ def mark_part(mark: UserMark) -> dict[str, Any]:
     }
 
 
+class NamedPlace(Protocol):
+    """What a mark may be given as, such as a `UserMark` or a mark of the simulator."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def pose(self) -> Pose2D | None:
+        """Its pose in the map, if it is known."""
+
+
 class MarkList:
     """The marks of one site. Robots of one site share it. Safe from any thread; it reads and writes a file.
 
@@ -43,7 +56,7 @@ class MarkList:
             and `pose`, whose changes last as long as the server.
     """
 
-    def __init__(self, given: Iterable[Any] = ()) -> None:
+    def __init__(self, given: Iterable[NamedPlace] = ()) -> None:
         self._file = given if isinstance(given, MarkFile) else None
         self._lock = threading.Lock()
         self._marks = {mark.name: mark for mark in map(_as_mark, () if self._file else given)}
@@ -90,7 +103,7 @@ class MarkList:
             marks[mark.name] = mark
         return mark
 
-    def change(self, name: str, changes: dict[str, Any]) -> UserMark:
+    def change(self, name: str, changes: Mapping[str, Any]) -> UserMark:
         """Change a mark: its name, pose, note ...
 
         Raises:
@@ -173,7 +186,7 @@ def _not_kept(what: str, error: Exception) -> Problem:
     return Problem(503, text, "marks-not-kept", what=say(what))
 
 
-def _as_mark(mark: Any) -> UserMark:
+def _as_mark(mark: NamedPlace) -> UserMark:
     if isinstance(mark, UserMark):
         return mark
     return UserMark(mark.name, mark.pose, getattr(mark, "note", ""), getattr(mark, "charger", False))

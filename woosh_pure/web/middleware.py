@@ -8,7 +8,6 @@ import asyncio
 import re
 import time
 from collections.abc import Mapping
-from typing import Any
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
@@ -48,15 +47,13 @@ def problem_of_refusal(refusal: AdmissionRefusal | None) -> Problem | None:
     return Problem(int(refusal.status), refusal.text, REFUSAL_KINDS[refusal.reason])
 
 
-def login_place(scope: Mapping[str, Any], headers: Headers) -> tuple[str, str]:
+def login_place(scope: Scope, headers: Headers) -> tuple[str, str]:
     """Return the name of the log-in cookie, and the place for which it is valid, which is this port."""
     name = cookie_name(headers.get("host", ""), scope.get("scheme", "http"))
     return name, f"{name} {(scope.get('server') or ('', 0))[1]}"
 
 
-def check_access(
-    access: AccessRules, scope: Mapping[str, Any], headers: Headers, address: str
-) -> Problem | None:
+def check_access(access: AccessRules, scope: Scope, headers: Headers, address: str) -> Problem | None:
     """Accept the right token, or a browser that has logged in."""
     token = bearer_token(headers.getlist("authorization"))
     if token is None:

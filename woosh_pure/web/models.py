@@ -5,7 +5,7 @@ library, and describe the API in /openapi.json.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -15,14 +15,25 @@ from woosh_pure.geometry import FARTHEST
 from woosh_pure.motion.steps import MAX_DISTANCE, MAX_SPEED, MAX_TURN_RATE
 
 if TYPE_CHECKING:
+    from pydantic.config import JsonDict
+    from pydantic.fields import FieldInfo
+
     from woosh_pure.chassis import Chassis
-    from woosh_pure.motion.goal_handle import GoalHandle
+    from woosh_pure.motion.action_goal import NavigationHandle, StepHandle
+    from woosh_pure.motion.task import TaskHandle
+
+    MotionHandle = TaskHandle | NavigationHandle | StepHandle
 
 
-def _number(unit: str, more: str = "", **limits: Any) -> Any:
-    """A number with a unit, within pydantic's limits (`ge`, `gt`, `le`)."""
-    extra: dict[str, Any] = {"x-unit": unit}
-    return Field(**limits, allow_inf_nan=False, description=unit + more, json_schema_extra=extra)
+def _number(
+    unit: str, more: str = "", *, ge: float | None = None, gt: float | None = None, le: float
+) -> FieldInfo:
+    """A number with a unit, within pydantic's limits."""
+    extra: JsonDict = {"x-unit": unit}
+    field: FieldInfo = Field(
+        ge=ge, gt=gt, le=le, allow_inf_nan=False, description=unit + more, json_schema_extra=extra
+    )
+    return field
 
 
 OURS = "; 0 is the chassis's own"
@@ -50,6 +61,13 @@ class Answer(BaseModel):
 # -- requests ------------------------------------------------------------------------------------------------
 
 
+class MotionOptions(TypedDict, total=False):
+    """The options of all verbs."""
+
+    timeout: float
+    replace: bool
+
+
 class MotionRequest(Request):
     """What all goals accept. Each goal has `start`, which is the chassis's verb."""
 
@@ -59,9 +77,12 @@ class MotionRequest(Request):
     )
 
     @property
-    def options(self) -> dict[str, Any]:
+    def options(self) -> MotionOptions:
         """What all verbs accept."""
-        return self.model_dump(include={"timeout", "replace"}, exclude_none=True)
+        options: MotionOptions = {"replace": self.replace}
+        if self.timeout is not None:
+            options["timeout"] = self.timeout
+        return options
 
 
 class AtMark(MotionRequest):
@@ -76,7 +97,7 @@ class MarkGoal(AtMark):
 
     kind: Literal["mark"]
 
-    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+    def start(self, chassis: Chassis) -> TaskHandle:
         return chassis.go_to_mark(self.mark, **self.options)
 
 
@@ -85,7 +106,7 @@ class ParkGoal(AtMark):
 
     kind: Literal["park"]
 
-    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+    def start(self, chassis: Chassis) -> TaskHandle:
         return chassis.park(self.mark, **self.options)
 
 
@@ -94,7 +115,7 @@ class ChargeGoal(AtMark):
 
     kind: Literal["charge"]
 
-    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+    def start(self, chassis: Chassis) -> TaskHandle:
         return chassis.charge(self.mark, **self.options)
 
 
@@ -104,8 +125,11 @@ class CarryGoal(AtMark):
     kind: Literal["carry"]
     direction: Literal["load", "unload"]
 
-    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+    def start(self, chassis: Chassis) -> TaskHandle:
         return chassis.carry(self.mark, Direction[self.direction.upper()], **self.options)
+
+
+_HasHeading = TypeVar("_HasHeading", "Place", "MarkPlace")
 
 
 def _one_heading(schema: dict[str, Any]) -> None:
@@ -116,7 +140,7 @@ def _one_heading(schema: dict[str, Any]) -> None:
     schema["not"] = {"required": ["yaw", "theta"]}
 
 
-def _take_theta(place: Any) -> Any:
+def _take_theta(place: _HasHeading) -> _HasHeading:
     if "theta" in place.model_fields_set:
         if "yaw" in place.model_fields_set:
             raise ValueError(say("yaw and theta are the same heading: send yaw alone"))
@@ -144,7 +168,7 @@ class PoseGoal(MotionRequest, Place):
 
     kind: Literal["pose"]
 
-    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+    def start(self, chassis: Chassis) -> NavigationHandle:
         return chassis.go_to(self.x, self.y, self.yaw, **self.options)
 
 
@@ -155,7 +179,7 @@ class MoveGoal(MotionRequest):
     distance: Annotated[float, _number("m", ge=-MAX_DISTANCE, le=MAX_DISTANCE)]
     speed: Annotated[float, _number("m/s", OURS, ge=0.0, le=MAX_SPEED)] = 0.0
 
-    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+    def start(self, chassis: Chassis) -> StepHandle:
         return chassis.move(self.distance, speed=self.speed, **self.options)
 
 
@@ -166,7 +190,7 @@ class RotateGoal(MotionRequest):
     angle: Radians
     speed: Annotated[float, _number("rad/s", OURS, ge=0.0, le=MAX_TURN_RATE)] = 0.0
 
-    def start(self, chassis: Chassis) -> GoalHandle[Any]:
+    def start(self, chassis: Chassis) -> StepHandle:
         return chassis.rotate(self.angle, speed=self.speed, **self.options)
 
 
@@ -289,7 +313,7 @@ class Reason(Answer):
 
     key: str
     text: str
-    values: dict[str, Any]
+    values: dict[str, object]
     blocking: bool
     doubt: bool
 
@@ -336,7 +360,7 @@ class Goal(Answer):
     seconds: float
     can_pause: bool
     key: Annotated[str, Field(description="what was requested; `values` are in m and rad")]
-    values: dict[str, Any]
+    values: dict[str, object]
     start: MapPoint | None
     target: MapPoint | None
     reasons: Annotated[list[Reason], Field(description="what spoke against moving when it had failed")]
@@ -362,7 +386,7 @@ class Heading(Answer):
 
     @model_validator(mode="before")
     @classmethod
-    def _both_names(cls, value: Any) -> Any:
+    def _both_names(cls, value: object) -> object:
         if isinstance(value, dict):
             yaw = value.get("yaw")
             return {**value, "yaw": yaw, "theta": yaw}
@@ -451,7 +475,7 @@ class FeedValue(Answer):
     """The newest value of a feed; value and age are null if nothing was heard."""
 
     name: str
-    value: Any
+    value: object
     age: float | None
     stamp: float | None
 
@@ -468,7 +492,7 @@ class Entry(Answer):
     ended: float | None
     goal: str
     key: Annotated[str, Field(description="what was asked for; `values` are in m and rad")]
-    values: dict[str, Any]
+    values: dict[str, object]
     reasons: Annotated[list[Reason], Field(description="what spoke against moving when it had failed")]
     said: Annotated[Said | None, Field(description="the robot's own words of how it ended")]
 
@@ -509,15 +533,15 @@ class Snapshot(Answer):
 
     robot: str
     time: float
-    status: dict[str, Any] | None
-    battery: dict[str, Any] | None
-    velocity: dict[str, Any] | None
+    status: dict[str, object] | None
+    battery: dict[str, object] | None
+    velocity: dict[str, object] | None
     odometer: float | None
     pose: Pose | None
     readiness: Readiness
     faults: Faults
     goals: list[Goal]
-    lease: dict[str, Any]
+    lease: dict[str, object]
     driver: str | None
     ages: dict[str, float | None]
 

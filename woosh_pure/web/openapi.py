@@ -5,7 +5,6 @@ schema of a request.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -14,6 +13,7 @@ from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import problems
 from woosh_pure.web.http_errors import MEDIA_TYPE
 from woosh_pure.web.middleware import needs_token
+from woosh_pure.web.validation_errors import Schema
 
 TEXT = (
     "A Woosh chassis for any language. Units are m, rad, s; poses are in the map. Nothing moves by a GET, "
@@ -75,13 +75,13 @@ def _complete(operation: dict[str, Any], path: str, method: str, *, secret: bool
         parameter["schema"] = _without_null(parameter["schema"])
 
 
-def _without_null(schema: dict[str, Any]) -> dict[str, Any]:
+def _without_null(schema: Schema) -> Schema:
     """Remove null from a schema: an optional body or parameter may be left out, but not be null."""
     kinds = [kind for kind in schema.get("anyOf", ()) if kind != {"type": "null"}]
     return kinds[0] if len(kinds) == 1 else schema
 
 
-def _item(request: Request) -> dict[str, Any]:
+def _item(request: Request) -> Schema:
     """Return the operations at the path of a request, by method."""
     path = request.url.path.removeprefix(str(request.scope.get("root_path", "")))
     path = re.sub(r"^/robots/[^/]+(?=/api/v1/)", "", path)
@@ -97,7 +97,7 @@ def methods_at(request: Request) -> list[str]:
     return sorted(methods | {"HEAD"} if "GET" in methods else methods)
 
 
-def schema_of(request: Request, where: str) -> Mapping[str, Any]:
+def schema_of(request: Request, where: str) -> Schema:
     """Return the schema of a part of this request.
 
     Args:
@@ -112,6 +112,6 @@ def schema_of(request: Request, where: str) -> Mapping[str, Any]:
     }
 
 
-def parts_of(request: Request) -> Mapping[str, Any]:
+def parts_of(request: Request) -> Schema:
     """Return the schemas that `$ref` refers to, by name."""
     return dict(request.app.openapi()["components"]["schemas"])

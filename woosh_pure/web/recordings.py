@@ -10,7 +10,7 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from rosproto.errors import BagError, RosError
 from rosproto.logs import get_logger
@@ -92,7 +92,7 @@ class Recording:
             self.logged = True
             _logger.error("! recording %s: %s", self.id, error)
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """The recording as the API sends it."""
         stats, end = self.recorder.stats(), self.end
         return {

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from woosh_pure.chassis import Chassis, components_of
-from woosh_pure.feed.feed import Feed, Reading
+from woosh_pure.feed.feed import Feed
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client
 from woosh_pure.web.camera import FEEDS, SharedCamera
@@ -21,7 +21,7 @@ from woosh_pure.web.live.manual_drive import ManualDrive
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import MarkList
 from woosh_pure.web.recordings import RecordingManager
-from woosh_pure.web.snapshot import LISTENED
+from woosh_pure.web.snapshot import LISTENED, NewestReadings
 
 ALSO_SHOWN = ("scan", "plan", "tf_static")
 STOP_SECONDS = 5.0
@@ -133,7 +133,7 @@ class Robot:
         """A feed of the chassis."""
         return self.chassis.feed(name)
 
-    def readings(self) -> dict[str, Reading[Any] | None]:
+    def readings(self) -> NewestReadings:
         """Return the newest values for the snapshot. Never waits."""
         return {name: self.feed(name).known for name in LISTENED}
 

@@ -15,7 +15,7 @@ import time
 from collections.abc import Coroutine
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.admission import ConnectionSlots, Key
 from rosproto.logs import PeerLog, get_logger
@@ -78,7 +78,7 @@ class Listener(socket.socket):
         """Listen with our own queue: the loop passes the number that it accepts at once."""
         super().listen(BACKLOG)
 
-    def accept(self) -> tuple[socket.socket, Any]:
+    def accept(self) -> tuple[socket.socket, tuple[str, int]]:
         """Accept the next connection that gets a slot. With few files left, it replaces others."""
         while True:
             accepted, address = super().accept()
@@ -240,7 +240,7 @@ class WebServer:
         self._socket.close()
 
 
-def _log_flood(transport: Any) -> None:
+def _log_flood(transport: asyncio.BaseTransport) -> None:
     host, port, *_ = transport.get_extra_info("peername") or ("?", 0)
     _peer_log.warning(
         "flood", "! %s:%s disconnected: it keeps sending data that is not a message", host, port
@@ -263,7 +263,7 @@ def _check_tls(cert: str | Path, key: str | Path | None) -> None:
         raise ValueError(say(wrong, cert=cert, key=key, error=error.reason or say("not PEM"))) from error
 
 
-def _run_alone(main: Coroutine[Any, Any, None]) -> None:
+def _run_alone(main: Coroutine[object, object, None]) -> None:
     """Run in asyncio's selector event loop, because the proactor loop of Windows and uvloop do not call
     `Listener.accept`.
     """

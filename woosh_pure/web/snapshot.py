@@ -28,7 +28,11 @@ LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization",
 """The feeds of the snapshot."""
 
 
-def text_of(document: Any) -> str:
+NewestReadings = Mapping[str, Reading[Any] | None]
+"""The newest reading of each feed, by its name."""
+
+
+def text_of(document: object) -> str:
     """Return a document as JSON text. NaN and infinity become null."""
     try:
         return _encode(document)
@@ -36,18 +40,18 @@ def text_of(document: Any) -> str:
         return _encode(plain(document))
 
 
-def _encode(document: Any) -> str:
+def _encode(document: object) -> str:
     return json.dumps(document, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
-def ages(readings: Mapping[str, Reading[Any] | None]) -> dict[str, float | None]:
+def ages(readings: Mapping[str, Reading[object] | None]) -> dict[str, float | None]:
     """Return the age of each feed's value in seconds; None without a value."""
     return {name: None if r is None else round(r.age, 2) for name, r in readings.items()}
 
 
-def state_parts(readings: Mapping[str, Reading[Any] | None]) -> dict[str, Any]:
+def state_parts(readings: NewestReadings) -> dict[str, object]:
     """Return the parts made from feeds; None for a feed without a value."""
-    value: dict[str, Any] = {name: r.value for name, r in readings.items() if r is not None}
+    value = {name: r.value for name, r in readings.items() if r is not None}
     status = value.get("status")
     return {
         "status": None if status is None else _status(status),
@@ -64,7 +68,7 @@ def pose_part(pose: Pose2D) -> dict[str, float] | None:
     return {"x": round(pose.x, 4), "y": round(pose.y, 4), "yaw": round(pose.yaw, 5)}
 
 
-def _status(status: RobotStatus) -> dict[str, Any]:
+def _status(status: RobotStatus) -> dict[str, object]:
     return {
         "robot_state": status.robot_state.name,
         "robot_mode": status.robot_mode.name,
@@ -81,7 +85,7 @@ def _status(status: RobotStatus) -> dict[str, Any]:
     }
 
 
-def _battery(battery: Battery) -> dict[str, Any]:
+def _battery(battery: Battery) -> dict[str, object]:
     return {
         "percent": battery.percent,
         "charging": battery.charging,
@@ -92,7 +96,7 @@ def _battery(battery: Battery) -> dict[str, Any]:
     }
 
 
-def _velocity(velocity: Velocity) -> dict[str, Any] | None:
+def _velocity(velocity: Velocity) -> dict[str, float | None] | None:
     part = {name: _rounded(getattr(velocity, name), 3) for name in ("vx", "vy", "wz")}
     return None if None in part.values() else part
 
@@ -101,7 +105,7 @@ def _rounded(number: float, digits: int) -> float | None:
     return round(float(number), digits) + 0.0 if math.isfinite(number) else None
 
 
-def readiness_part(readiness: Readiness) -> dict[str, Any]:
+def readiness_part(readiness: Readiness) -> dict[str, object]:
     """Whether the robot would move ("yes", "no" or "not known"), and why not."""
     return {
         "answer": readiness.answer.value,
@@ -110,7 +114,7 @@ def readiness_part(readiness: Readiness) -> dict[str, Any]:
     }
 
 
-def reasons_part(reasons: Iterable[Reason]) -> list[dict[str, Any]]:
+def reasons_part(reasons: Iterable[Reason]) -> list[dict[str, object]]:
     """Reasons not to move, in the order given, with the values of their sentences."""
     return [
         {
@@ -135,7 +139,7 @@ def said_part(text: str) -> dict[str, str] | None:
     return {"text": printable(said), "text_zh": printable(translator_for("zh").say(said))}
 
 
-def faults_part(faults: Faults) -> dict[str, Any]:
+def faults_part(faults: Faults) -> dict[str, object]:
     """The active faults, and whether the list is complete."""
     return {
         "known": faults.known,
@@ -157,9 +161,9 @@ def faults_part(faults: Faults) -> dict[str, Any]:
 
 def lease_part(
     state: LeaseState, *, mine: str | None = None, is_page: Callable[[str], bool] = lambda name: True
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return the lease for the client named `mine`; `is_page` is true for names of pages."""
-    part: dict[str, Any] = {
+    part: dict[str, object] = {
         "holder": state.holder,
         "seconds": round(state.seconds, 1),
         "asking": list(state.asking),
@@ -171,7 +175,7 @@ def lease_part(
     return part
 
 
-def stop_part(report: StopReport) -> dict[str, Any]:
+def stop_part(report: StopReport) -> dict[str, object]:
     """The result of a stop."""
     return {
         "stands_still": report.standing,

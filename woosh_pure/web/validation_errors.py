@@ -7,16 +7,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.sentence import both, led, say, sentence_of
 from rosproto.text import printable, short
+
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
 
 Schema = Mapping[str, Any]
 MAX_ERRORS = 10
 
 
-def refusal(errors: Iterable[Mapping[str, Any]], schema: Schema, parts: Schema) -> str:
+def refusal(errors: Iterable[ErrorDetails], schema: Schema, parts: Schema) -> str:
     """Describe validation errors in one sentence.
 
     Args:
@@ -28,7 +31,7 @@ def refusal(errors: Iterable[Mapping[str, Any]], schema: Schema, parts: Schema) 
     return both(*dict.fromkeys(told))
 
 
-def _one(error: Mapping[str, Any], schema: Schema, parts: Schema) -> str:
+def _one(error: ErrorDetails, schema: Schema, parts: Schema) -> str:
     kind, found = error["type"], error.get("input")
     names, schema = _at(error["loc"], schema, parts)
     choice = schema.get("discriminator")
@@ -55,7 +58,7 @@ def _one(error: Mapping[str, Any], schema: Schema, parts: Schema) -> str:
     )
 
 
-def _at(way: Sequence[Any], schema: Schema, parts: Schema) -> tuple[list[str], Schema]:
+def _at(way: Sequence[int | str], schema: Schema, parts: Schema) -> tuple[list[str], Schema]:
     """Return the names along the path and the schema there, or the known members if one is unknown."""
     names = []
     for step in way:
@@ -80,7 +83,7 @@ def _resolved(schema: Schema, parts: Schema) -> Schema:
     return schema
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     """Return a value as JSON, if it is short."""
     return short(printable(json.dumps(value, ensure_ascii=False, default=lambda _: "...")))
 

@@ -10,7 +10,7 @@ import asyncio
 import time
 from collections.abc import Callable
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.responses import FileResponse
@@ -41,7 +41,7 @@ from woosh_pure.web.snapshot import lease_part, pose_part
 
 goals = APIRouter(tags=["goals"], responses=PROBLEMS)
 _GOAL_PROBLEMS = problems(409, 501)
-_KEY_USED: dict[int | str, dict[str, Any]] = {
+_KEY_USED: dict[int | str, dict[str, object]] = {
     422: {**problems(422)[422], "description": "not as described, or another request had this key"}
 }
 CANCEL_SECONDS = 2.0
@@ -69,7 +69,7 @@ Key = Annotated[
 )
 def create_goal(
     body: models.GoalRequest, request: Request, response: Response, key: Key = None
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Start a motion. It does not depend on this connection: it ends when done, cancelled, or timed out."""
     robot, client = check_command(request, lease=False)
     with request.state.call:
@@ -82,7 +82,7 @@ def create_goal(
     return goal
 
 
-def _begin(robot: Robot, client: Client, body: models.GoalRequest) -> dict[str, Any]:
+def _begin(robot: Robot, client: Client, body: models.GoalRequest) -> dict[str, object]:
     robot.require_lease(client)
     mark = robot.marks.find(body.mark) if isinstance(body, models.AtMark) else None
     key = body.direction if isinstance(body, models.CarryGoal) else body.kind
@@ -98,7 +98,7 @@ def _begin(robot: Robot, client: Client, body: models.GoalRequest) -> dict[str, 
     ).as_json()
 
 
-def _verb(robot: Robot, body: models.GoalRequest, mark: UserMark | None) -> Callable[[], Any]:
+def _verb(robot: Robot, body: models.GoalRequest, mark: UserMark | None) -> Callable[[], models.MotionHandle]:
     """Return what starts the goal; to a mark that only this server's list has, a drive to its pose."""
     if mark is None or mark.on_chassis or mark.pose is None:
         return partial(body.start, robot.chassis)
@@ -122,13 +122,13 @@ def _target(body: models.GoalRequest, mark: UserMark | None) -> dict[str, float]
 
 
 @goals.get("/goals", response_model=list[models.Goal])
-def list_goals(request: Request) -> list[dict[str, Any]]:
+def list_goals(request: Request) -> list[dict[str, object]]:
     """The last goals, the oldest first."""
     return [goal.as_json() for goal in robot_of(request).goals.all()]
 
 
 @goals.get("/goals/{goal}", response_model=models.Goal)
-def get_goal(goal: str, request: Request) -> dict[str, Any]:
+def get_goal(goal: str, request: Request) -> dict[str, object]:
     """One goal by its id."""
     return robot_of(request).goals.get(goal).as_json()
 
@@ -136,7 +136,7 @@ def get_goal(goal: str, request: Request) -> dict[str, Any]:
 @goals.get("/goals/{goal}/wait", response_model=models.Goal)
 async def wait_for_goal(
     goal: str, request: Request, timeout: float = Query(30.0, gt=0.0, le=300.0)
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Wait until the goal has ended or the time is up; `done` tells which."""
     found, until = robot_of(request).goals.get(goal), time.monotonic() + timeout
     while not found.done and time.monotonic() < until:
@@ -147,7 +147,7 @@ async def wait_for_goal(
 
 
 @goals.post("/goals/{goal}/cancel", response_model=models.Goal, responses=problems(409))
-def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
+def cancel_goal(goal: str, request: Request) -> dict[str, object]:
     """Cancel the goal, and wait until the robot confirms. It may have arrived meanwhile."""
     return _cancelled(goal, request).as_json()
 
@@ -160,7 +160,7 @@ def cancel_goal(goal: str, request: Request) -> dict[str, Any]:
         **problems(409),
     },
 )
-def delete_goal(goal: str, request: Request, response: Response) -> dict[str, Any]:
+def delete_goal(goal: str, request: Request, response: Response) -> dict[str, object]:
     """Cancel the goal if it is under way, and forget it. 202 if the robot has not confirmed yet: then the
     goal is still there, and another DELETE is needed.
     """
@@ -184,18 +184,18 @@ def _cancelled(number: str, request: Request) -> Goal:
 
 
 @goals.post("/goals/{goal}/pause", response_model=models.Goal, responses=_GOAL_PROBLEMS)
-def pause_goal(goal: str, request: Request) -> dict[str, Any]:
+def pause_goal(goal: str, request: Request) -> dict[str, object]:
     """Pause the goal."""
     return _hold(goal, request, "pause")
 
 
 @goals.post("/goals/{goal}/resume", response_model=models.Goal, responses=_GOAL_PROBLEMS)
-def resume_goal(goal: str, request: Request) -> dict[str, Any]:
+def resume_goal(goal: str, request: Request) -> dict[str, object]:
     """Resume a paused goal."""
     return _hold(goal, request, "resume")
 
 
-def _hold(number: str, request: Request, verb: str) -> dict[str, Any]:
+def _hold(number: str, request: Request, verb: str) -> dict[str, object]:
     robot, client = check_command(request, lease=verb == "resume")
     goal = robot.goals.get(number)
     act = getattr(goal.handle, verb, None)
@@ -222,14 +222,14 @@ lease = APIRouter(tags=["lease"], responses=PROBLEMS)
 
 
 @lease.get("/lease", response_model=models.LeaseAnswer, responses=problems(403))
-def get_lease(request: Request) -> dict[str, Any]:
+def get_lease(request: Request) -> dict[str, object]:
     """The holder of the lease, and the clients that have requested it."""
     state = robot_of(request).chassis.lease.state
     return lease_part(state, mine=client_of(request).name, is_page=context_of(request).clients.is_page)
 
 
 @lease.post("/lease", response_model=models.LeaseAnswer, responses=problems(409), dependencies=_NO_NULL)
-def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> dict[str, Any]:
+def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> dict[str, object]:
     """Take the lease if it is free, or renew it. Otherwise its holder is asked; `yours` tells which. A
     program does not answer: who has asked it takes the lease over by a second request that says so.
     """
@@ -243,7 +243,7 @@ def ask_for_lease(request: Request, body: models.LeaseRequest | None = None) -> 
 
 
 @lease.delete("/lease", response_model=models.LeaseAnswer)
-def give_lease_back(request: Request) -> dict[str, Any]:
+def give_lease_back(request: Request) -> dict[str, object]:
     """Give the lease back, or withdraw the request for it. Who has neither gets the same answer."""
     robot, client = robot_of(request), client_of(request)
     robot.chassis.lease.release(client.name)
@@ -253,7 +253,7 @@ def give_lease_back(request: Request) -> dict[str, Any]:
 
 
 @lease.post("/lease/grant", response_model=models.LeaseAnswer, responses=problems(409), dependencies=_NO_NULL)
-def grant_lease(request: Request, body: models.GrantRequest | None = None) -> dict[str, Any]:
+def grant_lease(request: Request, body: models.GrantRequest | None = None) -> dict[str, object]:
     """Grant the lease to a client that has requested it."""
     robot, client = robot_of(request), client_of(request)
     lease = robot.chassis.lease
@@ -268,13 +268,13 @@ def grant_lease(request: Request, body: models.GrantRequest | None = None) -> di
 # -- recordings: GET, POST and DELETE; the end of one; the download of a bag ---------------------------------
 
 recordings = APIRouter(tags=["recordings"], responses=PROBLEMS)
-_BAG: dict[int | str, dict[str, Any]] = {
+_BAG: dict[int | str, dict[str, object]] = {
     200: {"content": {"application/octet-stream": {}}, "description": "a bag"}
 }
 
 
 @recordings.get("/recordings", response_model=list[models.Recording])
-def list_recordings(request: Request) -> list[dict[str, Any]]:
+def list_recordings(request: Request) -> list[dict[str, object]]:
     """The recordings of this server, the oldest first."""
     return [one.as_json() for one in robot_of(request).recordings.all()]
 
@@ -288,7 +288,7 @@ def list_recordings(request: Request) -> list[dict[str, Any]]:
 )
 def create_recording(
     request: Request, response: Response, body: models.RecordingRequest | None = None
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Start a recording: one at a time, for an hour or 1 GiB at most."""
     robot, client = check_command(request, lease=False)
     body = body or models.RecordingRequest()
@@ -299,13 +299,13 @@ def create_recording(
 
 
 @recordings.get("/recordings/{recording}", response_model=models.Recording)
-def get_recording(recording: str, request: Request) -> dict[str, Any]:
+def get_recording(recording: str, request: Request) -> dict[str, object]:
     """One recording by its id."""
     return robot_of(request).recordings.get(recording).as_json()
 
 
 @recordings.post("/recordings/{recording}/end", response_model=models.Recording)
-def end_recording(recording: str, request: Request) -> dict[str, Any]:
+def end_recording(recording: str, request: Request) -> dict[str, object]:
     """End the recording. Its bag is kept, and can be downloaded."""
     robot, client = robot_of(request), client_of(request)
     running = robot.recordings.get(recording).running
@@ -316,7 +316,7 @@ def end_recording(recording: str, request: Request) -> dict[str, Any]:
 
 
 @recordings.delete("/recordings/{recording}", response_model=models.Recording, responses=problems(409))
-def delete_recording(recording: str, request: Request) -> dict[str, Any]:
+def delete_recording(recording: str, request: Request) -> dict[str, object]:
     """Delete the recording and its bag. Refused while it runs: POST `end` ends it."""
     robot, client = robot_of(request), client_of(request)
     found = robot.recordings.get(recording)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, cast
+from typing import cast
 
 from fastapi import Path, Request
 
@@ -15,7 +15,7 @@ from woosh_pure.web.robot import Robot
 SESSION = "x-woosh-session"
 
 
-def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
+def problems(*statuses: int) -> dict[int | str, dict[str, object]]:
     """The error answers of an operation, for /openapi.json; `web.description` adds those of all."""
     content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
     return {status: {"description": TITLES[status], "content": content} for status in statuses}
@@ -23,7 +23,7 @@ def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 PROBLEMS = problems(502, 503, 504)
 """Error statuses that the robot can cause."""
-CREATED: dict[int | str, dict[str, Any]] = {
+CREATED: dict[int | str, dict[str, object]] = {
     201: {
         "headers": {
             "Location": {

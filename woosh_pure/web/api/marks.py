@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
 from urllib.parse import quote
 
 from fastapi import APIRouter, Path, Request, Response
@@ -25,13 +24,13 @@ _NAME = Path(max_length=200, description="name of a mark of this list")
 
 
 @router.get("/marks", response_model=list[models.Mark])
-def get_marks(request: Request) -> list[dict[str, Any]]:
+def get_marks(request: Request) -> list[dict[str, object]]:
     """The marks that this server knows: the chassis cannot list its own."""
     return [mark_part(mark) for mark in robot_of(request).marks.all()]
 
 
 @router.post("/marks", status_code=201, response_model=models.Mark, responses={**CREATED, **_CHANGES})
-def create_mark(body: models.MarkRequest, request: Request, response: Response) -> dict[str, Any]:
+def create_mark(body: models.MarkRequest, request: Request, response: Response) -> dict[str, object]:
     """Save a mark: where the robot stands (`here`), at x and y, or by the name of a mark of the chassis."""
     robot, client = check_command(request, lease=False, connected=False)
     pose = _pose(robot, body, Pose2D(0.0, 0.0))
@@ -42,20 +41,16 @@ def create_mark(body: models.MarkRequest, request: Request, response: Response) 
 
 
 @router.get("/marks/{mark:path}", response_model=models.Mark)
-def get_mark(request: Request, mark: str = _NAME) -> dict[str, Any]:
+def get_mark(request: Request, mark: str = _NAME) -> dict[str, object]:
     """One mark by its name."""
     return mark_part(robot_of(request).marks.get(mark))
 
 
 @router.patch("/marks/{mark:path}", response_model=models.Mark, responses=_CHANGES)
-def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) -> dict[str, Any]:
+def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) -> dict[str, object]:
     """Rename a mark, move it, or change its note. Fields that are not given stay."""
     robot, client = check_command(request, lease=False, connected=False)
-    changes = {
-        name: value
-        for name in ("name", "note", "charger", "on_chassis")
-        if (value := getattr(body, name)) is not None
-    }
+    changes = body.model_dump(include={"name", "note", "charger", "on_chassis"}, exclude_none=True)
     old = robot.marks.find(mark)
     pose = _pose(robot, body, (old and old.pose) or Pose2D(0.0, 0.0))
     if pose is not None:

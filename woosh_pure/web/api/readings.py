@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -25,7 +25,7 @@ from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.frames import COSTMAP_TOPIC
-from woosh_pure.web.snapshot import plain, text_of
+from woosh_pure.web.snapshot import ages, plain, pose_part, text_of
 
 # -- the state, the journal, and the robots of this server --------------------------------------------
 
@@ -35,48 +35,50 @@ journal, robots = APIRouter(tags=["state"], responses=PROBLEMS), APIRouter(tags=
 
 
 @state.get("/status", response_model=models.Status)
-def get_status(request: Request) -> dict[str, Any]:
+def get_status(request: Request) -> dict[str, object]:
     """The state in brief."""
-    shown = robot_state.snapshot(robot_of(request))
-    status, battery, readiness = shown["status"], shown["battery"], shown["readiness"]
-    ages = [age for age in shown["ages"].values() if age is not None]
+    robot = robot_of(request)
+    robot.listen()
+    chassis, readiness = robot.chassis, robot.chassis.readiness()
+    status, battery, pose = chassis.status.known, chassis.battery.known, chassis.pose.known
+    known = [age for age in ages(robot.readings()).values() if age is not None]
     return {
-        "robot": shown["robot"],
-        "state": None if status is None else status["robot_state"],
-        "battery_percent": None if battery is None else battery["percent"],
-        "pose": shown["pose"],
-        "ready": readiness["answer"],
-        "text": readiness["text"],
-        "age": min(ages, default=None),
+        "robot": robot.name,
+        "state": None if status is None else status.value.robot_state.name,
+        "battery_percent": None if battery is None else battery.value.percent,
+        "pose": None if pose is None else pose_part(pose.value),
+        "ready": readiness.answer.value,
+        "text": readiness.sentence(),
+        "age": min(known, default=None),
     }
 
 
 @state.get("/snapshot", response_model=models.Snapshot)
-def get_snapshot(request: Request) -> dict[str, Any]:
+def get_snapshot(request: Request) -> dict[str, object]:
     """The whole state at once, with the age of each part."""
     return robot_state.snapshot(robot_of(request))
 
 
 @state.get("/readiness", response_model=models.Readiness)
-def get_readiness(request: Request) -> Any:
+def get_readiness(request: Request) -> object:
     """Whether the robot would move now, and if not, why."""
     return robot_state.slow_parts(robot_of(request))["readiness"]
 
 
 @state.get("/faults", response_model=models.Faults)
-def get_faults(request: Request) -> Any:
+def get_faults(request: Request) -> object:
     """The faults that are active now."""
     return robot_state.slow_parts(robot_of(request))["faults"]
 
 
 @journal.get("/journal", response_model=list[models.Entry])
-def get_journal(request: Request) -> list[dict[str, Any]]:
+def get_journal(request: Request) -> list[dict[str, object]]:
     """What was done, by whom, and how it ended; the oldest first."""
     return [entry.as_json() for entry in robot_of(request).journal.entries()]
 
 
 @robots.get("/robots", response_model=list[models.RobotEntry])
-def list_robots(request: Request) -> list[dict[str, Any]]:
+def list_robots(request: Request) -> list[dict[str, object]]:
     """The robots of this server. Paths without a robot's name mean the first one."""
     root = str(request.scope.get("root_path", ""))
     return [
@@ -90,13 +92,13 @@ _logger = get_logger("woosh_pure.web")
 
 feeds = APIRouter(tags=["feeds"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
 MAX_STREAMS, STUCK_SECONDS, BEAT_SECONDS, LOOK_SECONDS = 32, 10.0, 5.0, 0.25
-_EVENTS: dict[int | str, dict[str, Any]] = {
+_EVENTS: dict[int | str, dict[str, object]] = {
     200: {"content": {"text/event-stream": {}}, "description": "one event for each new value, as FeedValue"}
 }
 
 
 @feeds.get("/feeds", response_model=list[models.Feed])
-def list_feeds() -> list[dict[str, Any]]:
+def list_feeds() -> list[dict[str, object]]:
     """The feeds that can be read here. Camera pictures have their own addresses."""
     return [
         {
@@ -112,7 +114,7 @@ def list_feeds() -> list[dict[str, Any]]:
     ]
 
 
-def _feed(name: str, request: Request) -> ChassisFeed[Any]:
+def _feed(name: str, request: Request) -> ChassisFeed[object]:
     row = interface.find(name)
     if row.type in PICTURES:
         raise Problem(
@@ -124,7 +126,7 @@ def _feed(name: str, request: Request) -> ChassisFeed[Any]:
     return robot_of(request).feed(name)
 
 
-def _value(name: str, feed: ChassisFeed[Any]) -> dict[str, Any]:
+def _value(name: str, feed: ChassisFeed[object]) -> dict[str, object]:
     reading = feed.known
     if reading is None:
         return {"name": name, "value": None, "age": None, "stamp": None}
@@ -133,7 +135,7 @@ def _value(name: str, feed: ChassisFeed[Any]) -> dict[str, Any]:
 
 
 @feeds.get("/feeds/{feed}", response_model=models.FeedValue, responses=problems(415))
-def get_feed(feed: str, request: Request) -> dict[str, Any]:
+def get_feed(feed: str, request: Request) -> dict[str, object]:
     """The newest value of a feed; null if nothing was heard yet."""
     found = _feed(feed, request)
     found.connect()
@@ -155,7 +157,7 @@ class _Events(Response):
 
     media_type = "text/event-stream"
 
-    def __init__(self, context: WebContext, name: str, feed: ChassisFeed[Any], rate: float) -> None:
+    def __init__(self, context: WebContext, name: str, feed: ChassisFeed[object], rate: float) -> None:
         super().__init__()
         del self.headers["content-length"]
         self._context, self._name, self._feed, self._rate = context, name, feed, rate
@@ -211,16 +213,16 @@ async def _tell(send: Send, text: str) -> float:
 # -- the map, the plan, the costmap --------------------------------------------------------------------------
 
 maps = APIRouter(tags=["map"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
-_PNG: dict[int | str, dict[str, Any]] = {
+_PNG: dict[int | str, dict[str, object]] = {
     200: {"content": {"image/png": {}}, "description": "a picture, north up"}
 }
-_YAML: dict[int | str, dict[str, Any]] = {
+_YAML: dict[int | str, dict[str, object]] = {
     200: {"content": {"application/yaml": {}}, "description": "map_server's"}
 }
 
 
 @maps.get("/map", response_model=models.MapFacts)
-def get_map(request: Request) -> dict[str, Any]:
+def get_map(request: Request) -> dict[str, object]:
     """Size, resolution and origin of the map."""
     return robot_of(request).map.get().as_json()
 
@@ -246,7 +248,7 @@ def get_map_yaml(request: Request) -> Response:
 
 
 @maps.get("/plan", response_model=models.Points)
-def get_plan(request: Request) -> dict[str, Any]:
+def get_plan(request: Request) -> dict[str, object]:
     """The path that is being driven; empty if there is none."""
     robot = robot_of(request)
     robot.feed("plan").open()
@@ -271,7 +273,7 @@ def get_costmap_png(request: Request) -> Response:
 # -- the cameras: one picture, for which a camera is subscribed ----------------------------------------------
 
 pictures = APIRouter(tags=["camera"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
-_PICTURE: dict[int | str, dict[str, Any]] = {
+_PICTURE: dict[int | str, dict[str, object]] = {
     200: {"content": {"image/jpeg": {}, "image/png": {}}, "description": "depth: near is bright"}
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, cast
+from typing import cast
 
 from fastapi import APIRouter, Request, Response, WebSocket
 
@@ -20,7 +20,7 @@ login = APIRouter(tags=["access"])
 
 
 @login.get("/access", response_model=models.AccessAnswer)
-def get_access(request: Request) -> dict[str, Any]:
+def get_access(request: Request) -> dict[str, object]:
     """Whether a token is needed, and what this client may do. Needs no token itself."""
     context = context_of(request)
     refusal = check_access(context.access, request.scope, request.headers, address_of(request))
@@ -33,7 +33,7 @@ def get_access(request: Request) -> dict[str, Any]:
 
 
 @login.post("/login", response_model=models.Answer, responses=problems(401))
-def log_in(body: models.LoginRequest, request: Request, response: Response) -> dict[str, Any]:
+def log_in(body: models.LoginRequest, request: Request, response: Response) -> dict[str, object]:
     """Log this browser in: it keeps a cookie, good for this port as long as the token is."""
     context = context_of(request)
     refusal = problem_of_refusal(
@@ -54,7 +54,7 @@ def log_in(body: models.LoginRequest, request: Request, response: Response) -> d
 
 
 @login.delete("/login", response_model=models.Answer)
-def log_out(request: Request, response: Response) -> dict[str, Any]:
+def log_out(request: Request, response: Response) -> dict[str, object]:
     """Log this browser out: its cookie is deleted."""
     response.delete_cookie(login_place(request.scope, request.headers)[0], path=_path(request))
     return {"logged_in": False}

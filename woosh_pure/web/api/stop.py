@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import Any
+from concurrent.futures import Future
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse
@@ -86,7 +86,7 @@ def _of_method(request: Request) -> Problem | None:
     return Problem(405, "this address takes {methods}, not {method}", methods="POST", method=method[:20])
 
 
-async def _over(begun: list[Any]) -> StopReport:
+async def _over(begun: list[Future[StopReport]]) -> StopReport:
     """Return the combined result of these stops.
 
     Raises:
@@ -116,7 +116,9 @@ class _AnswerBeforeBody(JSONResponse):
 
     media_type = MEDIA_TYPE
 
-    def __init__(self, body: _Body, document: dict[str, Any], status: int, headers: dict[str, str]) -> None:
+    def __init__(
+        self, body: _Body, document: dict[str, object], status: int, headers: dict[str, str]
+    ) -> None:
         super().__init__(document, status, headers)
         self._rest = body
 
@@ -190,7 +192,7 @@ class _Body:
 
 
 @router.post("/pose", response_model=models.Pose, responses=problems(409))
-def set_pose(body: models.PoseRequest, request: Request) -> dict[str, Any]:
+def set_pose(body: models.PoseRequest, request: Request) -> dict[str, object]:
     """Tell the robot where it is, for example after power-up."""
     robot, client = check_command(request)
     pose = Pose2D(body.x, body.y, body.yaw).require_sensible()

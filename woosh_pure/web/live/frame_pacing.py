@@ -10,7 +10,6 @@ import asyncio
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Any
 
 from starlette.websockets import WebSocket
 
@@ -61,7 +60,7 @@ class FrameSender:
         self.watched: set[str] = set()
         self._parts: deque[bytes] = deque()  # of a costmap that is being sent
 
-    def tell(self, document: Mapping[str, Any]) -> None:
+    def tell(self, document: Mapping[str, object]) -> None:
         """Send a message to this page only."""
         self._own_messages.append(text_of(document))
         self.wake.set()

@@ -14,11 +14,12 @@ from __future__ import annotations
 import math
 import struct
 import threading
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import rosproto
+from rosproto.codec import DynamicMessage
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
@@ -113,8 +114,8 @@ class Costmap:
         self._robot = robot
         self._lock = threading.Lock()
         self._subscriber: rosproto.Subscriber | None = None
-        self._newest: Any = None
-        self._framed: tuple[Any, tuple[bytes, ...] | None] = (None, None)
+        self._newest: DynamicMessage | None = None
+        self._framed: tuple[DynamicMessage | None, tuple[bytes, ...] | None] = (None, None)
 
     def set_wanted(self, on: bool) -> None:
         """Subscribe, or end the subscription."""
@@ -127,7 +128,7 @@ class Costmap:
                 self._subscriber.close()
                 self._subscriber = self._newest = None
 
-    def _take(self, message: Any) -> None:
+    def _take(self, message: DynamicMessage) -> None:
         self._newest = message
 
     def frames(self) -> tuple[bytes, ...] | None:
@@ -137,7 +138,7 @@ class Costmap:
             self._framed = message, self._encode(message)
         return self._framed[1]
 
-    def _encode(self, message: Any) -> tuple[bytes, ...] | None:
+    def _encode(self, message: DynamicMessage | None) -> tuple[bytes, ...] | None:
         if message is None:
             return None
         try:

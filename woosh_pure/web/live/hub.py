@@ -12,21 +12,26 @@ import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 from functools import partial
-from typing import Any
+from typing import ParamSpec, TypeVar
 
 from rosproto.aio import Pool
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
+from woosh_pure.feed.feed import Reading
+from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark
+from woosh_pure.values.state import LaserScan
 from woosh_pure.web.camera import jpeg_of
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.frames import Costmap, camera_frame, scan_frame
 from woosh_pure.web.marks import mark_part
 from woosh_pure.web.robot import ALSO_SHOWN, Robot
-from woosh_pure.web.snapshot import ages, pose_part, state_parts, text_of
+from woosh_pure.web.snapshot import NewestReadings, ages, pose_part, state_parts, text_of
 
+P = ParamSpec("P")
+T = TypeVar("T")
 Content = str | bytes | tuple[bytes, ...]
 _logger = get_logger("woosh_pure.web")
 TICK, SLOW, CAMERA_EVERY, SCAN_EVERY, MAP_EVERY = 0.05, 0.4, 0.2, 0.1, 5.0
@@ -145,10 +150,10 @@ class Hub:
                 self.wake()
             await asyncio.sleep(TICK)
 
-    def _go_on(self, show: Callable[..., None], *values: Any) -> None:
+    def _go_on(self, show: Callable[P, None], *values: P.args, **more: P.kwargs) -> None:
         """Show one part. Log a failure once, and go on with the others."""
         try:
-            show(*values)
+            show(*values, **more)
         except Exception:
             if show.__name__ not in self._failed:
                 self._failed.add(show.__name__)
@@ -200,7 +205,7 @@ class Hub:
                     self.wake()
             await asyncio.sleep(CAMERA_EVERY if self._watched[source] else 0.2)
 
-    async def _in_thread(self, ask: Callable[[], Any], *, asks_robot: bool = True) -> Any:
+    async def _in_thread(self, ask: Callable[[], T], *, asks_robot: bool = True) -> T | None:
         """Call in a thread; None without an answer. The page shows the age of its values."""
         if asks_robot and self.robot.unreachable:
             return None  # no thread waits for it
@@ -215,16 +220,16 @@ class Hub:
 
     # -- parts -----------------------------------------------------------------------------------------------
 
-    def _state(self, readings: Any) -> None:
+    def _state(self, readings: NewestReadings) -> None:
         for part, value in state_parts(readings).items():
             self.put(part, text_of(value))
 
-    def _pose(self, reading: Any) -> None:
+    def _pose(self, reading: Reading[Pose2D] | None) -> None:
         part = None if reading is None else pose_part(reading.value)
-        if part is not None and self._is_new("pose", reading.received):
+        if reading is not None and part is not None and self._is_new("pose", reading.received):
             self.put("pose", text_of({"t": "pose", **part, "age": round(reading.age, 2)}))
 
-    def _show_scan(self, value: Any, mounting: robot_state.Mounting, pose: Any) -> None:
+    def _show_scan(self, value: LaserScan, mounting: robot_state.Mounting, pose: Pose2D) -> None:
         angles, at = mounting.angles(value), mounting.pose
         if all(map(math.isfinite, (*angles, pose.x, pose.y, pose.yaw, at.x, at.y, at.yaw))):
             place = pose.transformed(at.x, at.y, at.yaw)
@@ -250,7 +255,7 @@ class Hub:
             self._mounting = (mounted_by, mounted)
         self._go_on(self._show_scan, value, self._mounting[1], pose.value)
 
-    def _ages(self, readings: Any, now: float) -> None:
+    def _ages(self, readings: NewestReadings, now: float) -> None:
         scan = self.robot.feed("scan").known
         self.put("ages", text_of({**ages(readings), **ages({"scan": scan})}))
         names = (*readings, "scan")
@@ -275,7 +280,7 @@ class Hub:
         ]
         began = self._seen.setdefault("began", now)
         since = now - max(heard, default=began)
-        document: dict[str, Any] = {"t": "lost", "text": None, "since": 0.0, "key": "silent"}
+        document: dict[str, object] = {"t": "lost", "text": None, "since": 0.0, "key": "silent"}
         if since > LOST_AFTER:
             begun = f"for {since:.0f} s" if heard else "so far"
             document["text"] = f"nothing was heard of the robot {begun}: what is shown is old; look at it"

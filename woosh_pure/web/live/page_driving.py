@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Coroutine
-from typing import Any
+from collections.abc import Callable, Coroutine, Sequence
 
 from rosproto.errors import RosError
 from rosproto.sentence import say
 from woosh_pure.connection.call_scope import CallScope
+from woosh_pure.errors import MotionRefused
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import Problem, problem_of
 from woosh_pure.web.live.deadman import DeadManSwitch, Verdict
 from woosh_pure.web.live.frame_pacing import BadMessage, FrameSender
 from woosh_pure.web.robot import Robot
+from woosh_pure.web.snapshot import reasons_part
 
 MAX_ROUND_TRIP = 0.4
 """Longest time from a frame to its acknowledgement when a drive begins. The travel time of the first press
@@ -44,7 +45,7 @@ class PageDriving:
         robot: Robot,
         name: str,
         outgoing: FrameSender,
-        start: Callable[[Coroutine[Any, Any, None]], None],
+        start: Callable[[Coroutine[object, object, None]], None],
     ) -> None:
         self._context, self._robot, self._name = context, robot, name
         self._tell, self._round_trip, self._start = outgoing.tell, outgoing.round_trip, start
@@ -161,7 +162,7 @@ class PageDriving:
         elif verdict.reason:
             self._tell_drive("refused", verdict.reason, "press again")
 
-    def _tell_drive(self, state: str, reason: str = "", text: str = "", **more: Any) -> None:
+    def _tell_drive(self, state: str, reason: str = "", text: str = "", **more: object) -> None:
         self._tell({"t": "drive", "state": state, "reason": reason, "text": text, **more})
 
     async def _open(self, press: int, call: CallScope) -> None:
@@ -183,7 +184,7 @@ class PageDriving:
                 problem = problem_of(error)
                 reason = problem.kind if isinstance(error, Problem) else "refused"
                 self._dead_man.end(reason)
-                more = {"kind": problem.kind, "reasons": _reasons(problem)}
+                more = {"kind": problem.kind, "reasons": _reasons(error)}
                 self._tell_drive("refused", reason, problem.text, **more)
             return
         if press != self._presses:
@@ -203,7 +204,7 @@ class PageDriving:
         if not opening.cancelled() and opening.exception() is None:
             self._context.drives.start(self._robot.manual_drive.finish, why)
 
-    def _end_drive(self, reason: str, text: str = "", reasons: list[Any] | None = None) -> None:
+    def _end_drive(self, reason: str, text: str = "", reasons: Sequence[object] = ()) -> None:
         """Send zero, then note the end in the journal and notify the page."""
         if not self._driving:
             if reason:
@@ -213,14 +214,14 @@ class PageDriving:
         why = text or f"the control on the page: {reason}"
         self._robot.manual_drive.halt(why)
         self._robot.journal.end(self._drive_entry, "done", f"ended: {text or reason}")
-        self._tell_drive("ended", reason, text, reasons=reasons or [])
+        self._tell_drive("ended", reason, text, reasons=list(reasons))
         self._context.drives.start(self._robot.manual_drive.finish, why)
 
     def _drive_failed(self, error: Exception) -> None:
         """Handle a drive that the robot, a stop or a lost link has ended."""
         self._dead_man.end("over")
-        self._end_drive("over", str(error), _reasons(problem_of(error)))
+        self._end_drive("over", str(error), _reasons(error))
 
 
-def _reasons(problem: Problem) -> list[Any]:
-    return list(problem.facts.get("reasons", ()))
+def _reasons(error: Exception) -> list[dict[str, object]]:
+    return reasons_part(error.reasons) if isinstance(error, MotionRefused) else []

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ ASSUMED_RADIUS = 0.3
 MAX_POINTS = 500
 
 
-def slow_parts(robot: Robot) -> dict[str, Any]:
+def slow_parts(robot: Robot) -> dict[str, object]:
     """Return the parts that are requested a few times a second. Blocks for a moment the first time."""
     readiness, faults = robot.chassis.readiness(), robot.chassis.faults
     return {
@@ -42,7 +42,7 @@ def slow_parts(robot: Robot) -> dict[str, Any]:
     }
 
 
-def snapshot(robot: Robot) -> dict[str, Any]:
+def snapshot(robot: Robot) -> dict[str, object]:
     """The whole state at once. Blocks the first time."""
     robot.listen()
     readings = robot.readings()

@@ -8,8 +8,9 @@ from __future__ import annotations
 import asyncio
 import json
 import time
+from collections.abc import Coroutine
 from concurrent.futures import Future
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
@@ -82,7 +83,7 @@ class Viewer:
             self._page_driving.watch(),
             self._replaced.wait(),
         )
-        tasks: list[asyncio.Future[Any]] = [asyncio.ensure_future(part) for part in parts]
+        tasks: list[asyncio.Task[object]] = [asyncio.ensure_future(part) for part in parts]
         code, reason = 1000, ""
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -115,7 +116,7 @@ class Viewer:
         except (RuntimeError, OSError, asyncio.TimeoutError, WebSocketDisconnect):
             pass  # the connection has ended
 
-    def _hello(self, lang: str) -> dict[str, Any]:
+    def _hello(self, lang: str) -> dict[str, object]:
         return {
             "t": "hello",
             "robot": self._robot.name,
@@ -151,7 +152,7 @@ class Viewer:
                 raise BadMessage("more than 200 messages a second")
             self._handle(message)
 
-    def _handle(self, message: dict[str, Any]) -> None:
+    def _handle(self, message: dict[str, object]) -> None:
         """Handle one message without waiting, so that the next beat or stop is not delayed."""
         kind = message.get("t")
         if kind == "stop":
@@ -182,14 +183,14 @@ class Viewer:
         self._start(self._tell_stop(stop, number))
 
     async def _tell_stop(self, stop: Future[StopReport], number: object) -> None:
-        part: dict[str, Any] = {"stands_still": None}
+        part: dict[str, object] = {"stands_still": None}
         try:
             part.update(stop_part(await asyncio.wrap_future(stop)))
         except Exception as error:
             part["text"] = problem_of(error).text
         self._tell({"t": "stop", "n": plain(number), "state": "done", **part})
 
-    def _look(self, message: dict[str, Any]) -> None:
+    def _look(self, message: dict[str, object]) -> None:
         camera, costmap = message.get("camera"), message.get("costmap", "costmap" in self._wanted)
         if camera not in ("color", "depth", None) or not isinstance(costmap, bool):
             raise BadMessage('look: expected camera "color", "depth" or null, and costmap true or false')
@@ -213,13 +214,13 @@ class Viewer:
         finally:
             self._is_looking = False
 
-    def _start(self, job: Any) -> None:
+    def _start(self, job: Coroutine[object, object, None]) -> None:
         task = asyncio.ensure_future(job)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
 
-async def _end_all(tasks: set[asyncio.Future[Any]]) -> None:
+async def _end_all(tasks: set[asyncio.Task[object]]) -> None:
     """Cancel tasks until they have ended: up to Python 3.11, `asyncio.wait_for` may swallow a cancel."""
     until = time.monotonic() + 2.0
     while tasks and time.monotonic() < until:
@@ -231,7 +232,7 @@ async def _end_all(tasks: set[asyncio.Future[Any]]) -> None:
                 task.exception()
 
 
-def _document(text: str) -> dict[str, Any]:
+def _document(text: str) -> dict[str, object]:
     try:
         message = json.loads(text)
     except (ValueError, RecursionError):
@@ -251,7 +252,7 @@ class _Control(NamedTuple):
 _CONTROL = Reader(_Control, null=True)
 
 
-def _control(message: dict[str, Any]) -> _Control:
+def _control(message: dict[str, object]) -> _Control:
     try:
         return _CONTROL(message)
     except FieldError as error:
