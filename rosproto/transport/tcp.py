@@ -25,15 +25,17 @@ SILENCE_INTERVAL = 1
 SILENCE_COUNT = 3
 
 # Unacknowledged data is sent again after growing pauses of up to two minutes: after an outage of half a
-# minute nothing would arrive for another half. linux/tcp.h, since Linux 6.15; Python has no name for it.
-# One second is the smallest value.
-_TCP_RTO_MAX_MS = 44
+# minute nothing would arrive for another half. One second is the smallest value.
 _RTO_MAX_MS = 1000
 _WINDOWS_PROBES = 10  # fixed on Windows
 
-# Seconds for which a system repeats unacknowledged data before it gives the connection up; Python has no
-# names for these. TCP_MAXRT of ws2ipdef.h, TCP_RXT_CONNDROPTIME of macOS's netinet/tcp.h.
-_GIVE_UP = {"win32": 5, "darwin": 0x80}
+# Options for which Python has no name: of linux/tcp.h, since Linux 6.15; of ws2ipdef.h and macOS's
+# netinet/tcp.h, seconds for which unacknowledged data is repeated before the connection is given up.
+_UNNAMED = {
+    "linux": {"TCP_RTO_MAX_MS": 44},
+    "win32": {"TCP_MAXRT": 5},
+    "darwin": {"TCP_RXT_CONNDROPTIME": 0x80},
+}
 
 
 _BACKLOG = 1024
@@ -109,9 +111,7 @@ def tune(sock: socket.socket) -> None:
     TCP_USER_TIMEOUT (Linux) also ends a connection whose peer is alive but has not read for 30 s; the peer
     reconnects when it reads again. From Linux 6.15 on, lost data is repeated every second.
     """
-    _try_option(sock, socket.IPPROTO_TCP, "TCP_NODELAY", 1)
-    if sys.platform == "linux":
-        _try_number(sock, socket.IPPROTO_TCP, _TCP_RTO_MAX_MS, _RTO_MAX_MS)
+    _set_options(sock, TCP_NODELAY=1, TCP_RTO_MAX_MS=_RTO_MAX_MS)
     _probe(sock, KEEPALIVE_IDLE, KEEPALIVE_INTERVAL, KEEPALIVE_COUNT)
 
 
@@ -132,8 +132,7 @@ def expect_acknowledgement(sock: socket.socket, seconds: int) -> bool:
     Returns:
         Whether the system supports it.
     """
-    option = _GIVE_UP.get(sys.platform)
-    return option is not None and _try_number(sock, socket.IPPROTO_TCP, option, seconds)
+    return _set_options(sock, TCP_MAXRT=seconds, TCP_RXT_CONNDROPTIME=seconds)
 
 
 def allow_repair(sock: socket.socket, seconds: float) -> None:
@@ -144,7 +143,8 @@ def allow_repair(sock: socket.socket, seconds: float) -> None:
     On a network that loses 5 % it would end a connection that carries data all the time (after 30 to 40 s at
     a round trip of 0.6 s and 20 messages a second, measured).
     """
-    _limit_repetition(sock, KEEPALIVE_IDLE + KEEPALIVE_INTERVAL * KEEPALIVE_COUNT + seconds)
+    limit = KEEPALIVE_IDLE + KEEPALIVE_INTERVAL * KEEPALIVE_COUNT + seconds
+    _set_options(sock, TCP_USER_TIMEOUT=round(1000 * limit))
 
 
 def set_linger(sock: socket.socket, linger: bool) -> None:
@@ -161,21 +161,20 @@ def set_linger(sock: socket.socket, linger: bool) -> None:
 
 def _probe(sock: socket.socket, idle: int, interval: int, count: int) -> None:
     """Have the system probe the peer after `idle` seconds, `count` times (keep-alive)."""
-    _try_option(sock, socket.SOL_SOCKET, "SO_KEEPALIVE", 1)
     if sys.platform == "win32":
+        _set_options(sock, SO_KEEPALIVE=1)
         _probe_windows(sock, idle, interval * count / _WINDOWS_PROBES)
         return
-    # macOS has another name for TCP_KEEPIDLE
-    name = "TCP_KEEPIDLE" if hasattr(socket, "TCP_KEEPIDLE") else "TCP_KEEPALIVE"
-    _try_option(sock, socket.IPPROTO_TCP, name, idle)
-    _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPINTVL", interval)
-    _try_option(sock, socket.IPPROTO_TCP, "TCP_KEEPCNT", count)
-    # Linux uses this instead of the count when both are set.
-    _limit_repetition(sock, idle + interval * count)
-
-
-def _limit_repetition(sock: socket.socket, seconds: float) -> None:
-    _try_option(sock, socket.IPPROTO_TCP, "TCP_USER_TIMEOUT", round(1000 * seconds))
+    _set_options(
+        sock,
+        SO_KEEPALIVE=1,
+        TCP_KEEPIDLE=idle,
+        TCP_KEEPALIVE=idle,  # macOS's name for it
+        TCP_KEEPINTVL=interval,
+        TCP_KEEPCNT=count,
+        # Linux uses this instead of the count when both are set.
+        TCP_USER_TIMEOUT=1000 * (idle + interval * count),
+    )
 
 
 def interrupt(sock: socket.socket) -> None:
@@ -193,18 +192,23 @@ def interrupt(sock: socket.socket) -> None:
         sock.close()
 
 
-def _try_option(sock: socket.socket, level: int, name: str, value: int) -> None:
-    option = getattr(socket, name, None)
-    if option is not None:
-        _try_number(sock, level, option, value)
+def _set_options(sock: socket.socket, **options: int) -> bool:
+    """Set options, given by name, where the system has them; True if at least one was set.
 
-
-def _try_number(sock: socket.socket, level: int, option: int, value: int) -> bool:
-    try:
-        sock.setsockopt(level, option, value)
-    except OSError:
-        return False  # optional: socket pairs and odd systems lack some; macOS refuses on closed peers
-    return True
+    A failure is ignored: socket pairs and odd systems lack some, and macOS refuses them on closed peers.
+    """
+    unnamed = _UNNAMED.get(sys.platform, {})
+    some = False
+    for name, value in options.items():
+        option = getattr(socket, name, None) or unnamed.get(name)
+        if option is not None:
+            level = socket.SOL_SOCKET if name.startswith("SO_") else socket.IPPROTO_TCP
+            try:
+                sock.setsockopt(level, option, value)
+                some = True
+            except OSError:
+                pass
+    return some
 
 
 def _probe_windows(sock: socket.socket, idle: float, interval: float) -> None:
