@@ -47,11 +47,15 @@ class Waitable(Protocol):
         """True if signalled, False if `timeout` seconds passed."""
 
 
-class Clock(Protocol):
-    """A clock that never jumps, and waiting by it."""
+class MonotonicClock(Protocol):
+    """A clock that never jumps, such as the module `time`."""
 
     def monotonic(self) -> float:
         """Seconds since an arbitrary fixed moment."""
+
+
+class Clock(MonotonicClock, Protocol):
+    """A clock, and waiting by it."""
 
     def wait(self, waitable: Waitable, timeout: float | None) -> bool:
         """Wait until signalled, at most `timeout` seconds; True if signalled."""
@@ -83,7 +87,7 @@ class Deadline:
 
     __slots__ = ("_at", "_clock", "seconds")
 
-    def __init__(self, timeout: float | None, clock: Clock = SYSTEM) -> None:
+    def __init__(self, timeout: float | None, clock: MonotonicClock = time) -> None:
         self.seconds = timeout = as_float(timeout)
         self._clock = clock
         self._at = None if timeout is None else clock.monotonic() + timeout
@@ -131,7 +135,7 @@ class Deadline:
 
     def at_most(self, seconds: float) -> Deadline:
         """The earlier of this deadline and `seconds` from now."""
-        left, seconds = self.remaining(), as_float(seconds)
+        left = self.remaining()
         return Deadline(seconds if left is None else min(seconds, left), self._clock)
 
 
