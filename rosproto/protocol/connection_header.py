@@ -23,24 +23,21 @@ def encode_header(fields: Mapping[str, str]) -> bytes:
     Raises:
         LocalProtocolError: A key is empty or contains `=`, or a key or value is not text.
     """
-    parts = [_encode_field(key, fields[key]) for key in sorted(fields)]
-    body = b"".join(parts)
+    body = bytearray()
+    for key, value in sorted(fields.items()):
+        if not isinstance(key, str) or not isinstance(value, str):
+            raise LocalProtocolError(
+                f"connection header field {key!r}={value!r}: key and value must be str, "
+                f"not {type(key).__name__} and {type(value).__name__}"
+            )
+        if not key or "=" in key:
+            raise LocalProtocolError(f"connection header key {key!r}: must not be empty nor hold '='")
+        try:
+            field = f"{key}={value}".encode("utf-8", "surrogateescape")
+        except UnicodeEncodeError as error:
+            raise LocalProtocolError(f"connection header field {key}: {error}; it cannot be sent") from error
+        body += _LENGTH.pack(len(field)) + field
     return _LENGTH.pack(len(body)) + body
-
-
-def _encode_field(key: str, value: str) -> bytes:
-    if not isinstance(key, str) or not isinstance(value, str):
-        raise LocalProtocolError(
-            f"connection header field {key!r}={value!r}: key and value must be str, "
-            f"not {type(key).__name__} and {type(value).__name__}"
-        )
-    if not key or "=" in key:
-        raise LocalProtocolError(f"connection header key {key!r}: must not be empty nor hold '='")
-    try:
-        field = f"{key}={value}".encode("utf-8", "surrogateescape")
-    except UnicodeEncodeError as error:
-        raise LocalProtocolError(f"connection header field {key}: {error}; it cannot be sent") from error
-    return _LENGTH.pack(len(field)) + field
 
 
 def decode_header(body: bytes | bytearray | memoryview) -> dict[str, str]:
@@ -71,16 +68,12 @@ def decode_header(body: bytes | bytearray | memoryview) -> dict[str, str]:
                 f"connection header: field at byte {start} says {length} bytes, but {end - start} are left; "
                 "the peer does not speak TCPROS or the stream is out of step"
             )
-        key, value = _decode_field(data[start:position], start)
-        fields[key] = value
+        field = data[start:position]
+        key, equals, value = field.partition(b"=")
+        key = key.strip()
+        if not equals or not key:
+            raise RemoteProtocolError(
+                f"connection header: field at byte {start} is {field[:40]!r}, expected key=value"
+            )
+        fields[key.decode("utf-8", "surrogateescape")] = value.decode("utf-8", "surrogateescape")
     return fields
-
-
-def _decode_field(field: bytes, offset: int) -> tuple[str, str]:
-    key, equals, value = field.partition(b"=")
-    key = key.strip()
-    if not equals or not key:
-        raise RemoteProtocolError(
-            f"connection header: field at byte {offset} is {field[:40]!r}, expected key=value"
-        )
-    return key.decode("utf-8", "surrogateescape"), value.decode("utf-8", "surrogateescape")

@@ -1,7 +1,8 @@
 """Split the TCPROS byte stream into length-prefixed frames (wiki.ros.org/ROS/TCPROS).
 
-The connection header and each message are a little-endian uint32 length and that many bytes. A service
-response has one more byte in front; `FrameDecoder.take` reads it.
+Each message is a little-endian uint32 length and that many bytes. A service response has one more byte in
+front; `FrameDecoder.take` reads it. The connection header, which comes first, has the same form; it is read
+by `rosproto/transport/tcpros_io.py`, which takes nothing after it.
 """
 
 from __future__ import annotations
@@ -50,13 +51,12 @@ class FrameDecoder:
     and on every later call: the stream cannot be resynchronised, so drop the link.
 
     Args:
-        limit, what: As the attributes.
+        limit: As the attribute.
         room: Bytes of the first buffer.
         step: Bytes of memory allocated for a long frame before they have arrived.
 
     Attributes:
-        limit: Most bytes of one frame's payload; change it when messages follow the header.
-        what: Field of `Limits` named in the error.
+        limit: Most bytes of one frame's payload.
         buffer: The memory behind `space`, while no long frame is being received.
         count: Frames taken out or skipped.
         passed_over: Frames that `decoded` skipped because newer ones were complete.
@@ -64,14 +64,11 @@ class FrameDecoder:
 
     __slots__ = (
         "_end", "_have", "_large", "_size", "_start", "_step", "_view",
-        "buffer", "count", "limit", "passed_over", "what",
+        "buffer", "count", "limit", "passed_over",
     )  # fmt: skip
 
-    def __init__(
-        self, limit: int, what: str = "message_bytes", *, room: int = ROOM, step: int = STEP
-    ) -> None:
+    def __init__(self, limit: int, *, room: int = ROOM, step: int = STEP) -> None:
         self.limit = limit
-        self.what = what
         self.buffer = bytearray(room)
         self.count = 0
         self.passed_over = 0
@@ -135,7 +132,7 @@ class FrameDecoder:
         """Length of the current frame; -1 until its length has arrived. Raises above the limit."""
         size = _length(self.buffer, self._start)[0] if self._end - self._start >= 4 else -1
         if size > self.limit:
-            raise TooLarge(self.what, size, self.limit)
+            raise TooLarge("message_bytes", size, self.limit)
         return size
 
     def _grow(self, size: int, rest: int) -> None:
@@ -221,16 +218,6 @@ class FrameDecoder:
     def is_large(self) -> bool:
         """Whether a long frame is being received into separate memory."""
         return self._large is not None
-
-    @property
-    def missing(self) -> int:
-        """Bytes that must arrive before a frame can be complete; 0 if one is."""
-        if self._large is not None:
-            return self._size - self._have
-        have = self._end - self._start
-        if have < 4:
-            return 4 - have
-        return max(0, 4 + int(_length(self.buffer, self._start)[0]) - have)
 
 
 def _memory(size: int) -> Any:

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Mapping
+from struct import unpack
 
-from rosproto.errors import ConnectionLost
+from rosproto.errors import ConnectionLost, TooLarge
 from rosproto.protocol.connection_header import decode_header, encode_header
-from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.wire_limits import Limits
 from rosproto.sentence import led
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
 from rosproto.transport.uri import format_address
+
+_PIECE = 64 << 10  # bytes; memory grows with what has arrived, not with the announced length
 
 
 class ClosedBeforeHeader(ConnectionLost):
@@ -29,23 +31,6 @@ def peer_name(sock: socket.socket) -> str:
         return format_address(*sock.getpeername()[:2])
     except (OSError, TypeError):
         return "peer"
-
-
-def _read_some(sock: socket.socket, space: memoryview, deadline: Deadline, doing: str) -> int:
-    """Read available bytes; return 0 if the peer has closed."""
-    try:
-        sock.settimeout(deadline.for_socket())
-        count = sock.recv_into(space)
-        sock.settimeout(None)
-    except OSError as error:
-        peer = peer_name(sock)
-        raise translate(error, f"{doing} from {peer}", peer, deadline) from error
-    return count
-
-
-def _closed(sock: socket.socket, doing: str, have: int) -> ConnectionLost:
-    text = led(f"{doing}, after {have} bytes", "the connection was closed by the other side")
-    return (ConnectionLost if have else ClosedBeforeHeader)(text, peer=peer_name(sock))
 
 
 def write_all(sock: socket.socket, data: bytes | bytearray | memoryview, deadline: Deadline) -> None:
@@ -90,17 +75,33 @@ def read_header(sock: socket.socket, limits: Limits, deadline: Deadline) -> dict
         TooLarge: `Limits.header_bytes`.
         RemoteProtocolError: The bytes are not a header.
     """
-    doing = "read a connection header"
-    frames = FrameDecoder(limits.header_bytes, "header_bytes")
-    wanted = 4
-    while True:
-        count = _read_some(sock, frames.space()[:wanted], deadline, doing)
-        if not count:
-            raise _closed(sock, doing, frames.buffered)
-        frames.received(count)
-        if (body := frames.next_frame()) is not None:
-            return decode_header(body)
-        wanted = frames.missing
+    (size,) = unpack("<I", _read(sock, 4, 0, deadline))
+    if size > limits.header_bytes:
+        raise TooLarge("header_bytes", size, limits.header_bytes)
+    return decode_header(_read(sock, size, 4, deadline))
+
+
+def _read(sock: socket.socket, size: int, before: int, deadline: Deadline) -> bytearray:
+    """Read `size` bytes of a header, of which `before` bytes were read already."""
+    data = bytearray()
+    try:
+        while len(data) < size:
+            sock.settimeout(deadline.for_socket())
+            piece = sock.recv(min(size - len(data), _PIECE))
+            if not piece:
+                break
+            data += piece
+        sock.settimeout(None)
+    except OSError as error:
+        peer = peer_name(sock)
+        raise translate(error, f"read a connection header from {peer}", peer, deadline) from error
+    if len(data) < size:
+        have = before + len(data)
+        closed = "the connection was closed by the other side"
+        raise (ConnectionLost if have else ClosedBeforeHeader)(
+            led(f"read a connection header, after {have} bytes", closed), peer=peer_name(sock)
+        )
+    return data
 
 
 def write_header(sock: socket.socket, fields: Mapping[str, str], deadline: Deadline) -> None:

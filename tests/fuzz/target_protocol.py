@@ -40,7 +40,7 @@ def _frames(pieces: list[bytes]) -> list[bytes | str]:
             out += feed(decoder, piece)
         except RemoteProtocolError as error:
             return [*out, str(error)]
-    return [*out, str(decoder.missing)]
+    return [*out, str(decoder.buffered)]
 
 
 def shake(data: bytes) -> str:

@@ -209,6 +209,7 @@ def test_a_peer_that_vanished_is_a_lost_connection_not_a_time_out_of_ours() -> N
 # -- header and exact reads
 
 
+@pytest.mark.promise("One segment may carry the rest of a")
 def test_a_header_goes_over_and_nothing_behind_it_is_read(pair: tuple[socket.socket, socket.socket]) -> None:
     one, other = pair
     write_header(one, {"topic": "/t"}, Deadline(SOON))
