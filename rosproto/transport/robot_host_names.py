@@ -81,9 +81,11 @@ class HostNames:
             RosTimeout: The name server did not answer.
         """
         mapped = self.mapped(host).strip("[]")
+        if is_numeric(mapped):
+            return [mapped]
         key = mapped.lower()
         deadline = deadline or Deadline(10.0)
-        if not self.master or not _PLAIN.fullmatch(key) or is_numeric(mapped):
+        if not self.master or not _PLAIN.fullmatch(key):
             return resolve(mapped, deadline)
         if key in ("localhost", self.master):
             return resolve(mapped, deadline)

@@ -270,9 +270,7 @@ class ServiceClient:
             return self._open_link(self._look_up(deadline), deadline, header)
         remaining = deadline.remaining()
         # A computer that is gone does not answer: leave time for the other address.
-        half = deadline.at_most(
-            MAX_GUESS_SECONDS if remaining is None else min(MAX_GUESS_SECONDS, remaining / 2)
-        )
+        half = Deadline(MAX_GUESS_SECONDS if remaining is None else min(MAX_GUESS_SECONDS, remaining / 2))
         try:
             return self._open_link(remembered, half, header)
         except (ConnectionLost, RosTimeout, _Refused, Md5sumMismatch) as error:

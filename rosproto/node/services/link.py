@@ -101,10 +101,14 @@ class ServiceLink:
             self._poll.register(self._sock, select.POLLIN)
         return bool(self._poll.poll(0))
 
-    def call(self, request: bytes, deadline: Deadline) -> bytes:
+    def call(self, request: bytes | None, deadline: Deadline) -> bytes:
         """Send one encoded request, return the encoded response.
 
         After any error but ServiceError the link is out of step: close it.
+
+        Args:
+            request: None waits for the answer to the request that `post` has sent.
+            deadline: For all of it.
 
         Raises:
             ServiceError: The provider reported failure; with its text. The link stays in step.
@@ -113,9 +117,6 @@ class ServiceLink:
             TooLarge: The response is longer than `Limits.message_bytes`.
             RemoteProtocolError: More than one answer came.
         """
-        return self._exchange(request, deadline)
-
-    def _exchange(self, request: bytes | None, deadline: Deadline) -> bytes:
         try:
             self._sock.settimeout(deadline.for_socket())
             if request is not None:
@@ -137,16 +138,12 @@ class ServiceLink:
         self._sock.settimeout(POST)
 
     def post(self, request: bytes) -> None:
-        """Send one encoded request without waiting for its answer; call `prepare` first.
+        """Send one encoded request without waiting for its answer; call `prepare` first, `call` afterwards.
 
         Raises:
             OSError: The link has ended.
         """
         self._sock.sendall(frame(request))
-
-    def answer(self, deadline: Deadline) -> bytes:
-        """The answer to the posted request; raises as `call` does."""
-        return self._exchange(None, deadline)
 
     def _read_answer(self, deadline: Deadline) -> tuple[bool, bytes]:
         """The ok byte and the frame after it."""
@@ -278,7 +275,7 @@ class PreparedCall:
             raise ConnectionLost("nothing was sent on this connection")
         with self._turn:
             if self._answer is None:
-                self._answer = self._decode(self._link, self._link.answer(Deadline(timeout)))
+                self._answer = self._decode(self._link, self._link.call(None, Deadline(timeout)))
             return self._answer
 
     def close(self) -> None:
