@@ -107,7 +107,7 @@ class Context:
         return self.listening.uri
 
     def next_link_id(self) -> int:
-        """A number for a connection, in getBusInfo."""
+        """A number for a connection that no other one of this node has, as in getBusInfo."""
         return next(self._link_ids)
 
     def leave_master(self, seconds: float) -> None:

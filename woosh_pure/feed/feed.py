@@ -290,25 +290,18 @@ class Feed(Newest[T]):
     @property
     def publishers(self) -> int:
         """Publishers connected now."""
-        subscriber = self.open()._subscriber
-        return 0 if subscriber is None else subscriber.connections
+        return len(self.open().links)
 
     @property
     def sources(self) -> frozenset[str]:
         """Addresses ("host:port") of the publishers connected now; a new address means a new process."""
-        subscriber = self._subscriber
-        links = () if subscriber is None else subscriber.stats()
-        return frozenset(link.address for link in links if link.connected)
+        return frozenset(address for _, address, _ in self.links)
 
     @property
     def links(self) -> frozenset[tuple[str, str, int]]:
-        """The links that are up now: (node, address, number of reconnections).
-
-        A reconnected link counts as another one: a change in between was missed, or the node was restarted.
-        """
+        """The links that are up now: (node, address, number); one that was made again has another number."""
         subscriber = self._subscriber
-        stats = () if subscriber is None else subscriber.stats()
-        return frozenset((link.peer, link.address, link.reconnects) for link in stats if link.connected)
+        return frozenset() if subscriber is None else subscriber.links
 
     @property
     def unreachable(self) -> str:

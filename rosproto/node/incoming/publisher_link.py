@@ -78,6 +78,7 @@ class PublisherLink:
         self._condition = threading.Condition()
         self._nudged = False
         self._sessions = 0
+        self._session = 0
         self._attempts = 0
         self._begun_at: float | None = None
         self._logged: type | None = None  # kind of the last failure that was logged
@@ -95,6 +96,11 @@ class PublisherLink:
     def connected(self) -> bool:
         """True while messages can arrive."""
         return self.state is LinkState.RECEIVING
+
+    @property
+    def identity(self) -> tuple[str, str, int]:
+        """The connection: (node, address, number of this connection in our node)."""
+        return self.caller_id, self.address, self._session
 
     @property
     def closed(self) -> bool:
@@ -142,6 +148,7 @@ class PublisherLink:
         while self._step(event) is LinkState.REQUESTING:
             try:
                 self._open()
+                self._session = self._context.next_link_id()  # before anybody sees it as connected
                 if self._step(LinkEvent.ACCEPTED) is LinkState.RECEIVING:
                     self._begun_at = monotonic()
                     self._begun()
@@ -208,6 +215,8 @@ class PublisherLink:
         refused = isinstance(error, REFUSALS)
         if self._step(LinkEvent.REFUSED if refused else LinkEvent.FAILED) is LinkState.CLOSED:
             return
+        if was is LinkState.RECEIVING:
+            self.subscription.link_changed()
         self._attempts += 1
         if self._attempts % ASK_EVERY == 0:
             self._context.check_publishers(self.subscription)
@@ -237,14 +246,11 @@ class PublisherLink:
             self._context.peer_log.warning(self.topic, text, self.topic, self.caller_id or self.uri, error)
 
     def _end_session(self) -> None:
-        connected = bool(self.header)
         self.header = {}
         self.address = self.uri
         revised, self._revised = self._revised, None
         if revised is not None:
             self.subscription.forget_revised(revised)
-        if connected:
-            self.subscription.link_changed()
 
     # -- the session, for subclasses ------------------------------------------------------------------------
 

@@ -67,6 +67,7 @@ class Subscription:
         type: The requested type; the wildcard while the subscribers accept any.
         present_type: The decoded type; the wildcard until a publisher's header has a type.
         links: One for each publisher, by its URI in canonical form.
+        connected_links: The `identity` of those whose messages can arrive now; a new value with each change.
         errors: The latest errors of links and handshakes, the newest last.
         skipped: Messages of past sessions that were not decoded, since no subscriber keeps that many.
         unfit: Messages of other revisions that were dropped, since a value did not fit.
@@ -83,6 +84,7 @@ class Subscription:
         self.tcp_nodelay = tcp_nodelay
         self.unreliable = unreliable
         self.links: dict[str, PublisherLink] = {}
+        self.connected_links: frozenset[tuple[str, str, int]] = frozenset()
         self.errors: deque[Exception] = deque(maxlen=MAX_ERRORS)
         self.skipped = 0
         self.unfit = 0
@@ -155,7 +157,7 @@ class Subscription:
             links = {key: link for key, link in self.links.items() if key in wanted}
             made = {key: make_link(self, uri) for key, uri in new.items()}
             self.links = {**links, **kept, **made}
-            self._condition.notify_all()
+            self.link_changed()
         for link in gone:
             link.close()
         for link in made.values():
@@ -339,6 +341,7 @@ class Subscription:
     def link_changed(self) -> None:
         """A link was made or lost."""
         with self._condition:
+            self.connected_links = frozenset(link.identity for link in self.links.values() if link.connected)
             self._condition.notify_all()
 
     def link_closed(self, link: PublisherLink) -> None:
@@ -347,7 +350,7 @@ class Subscription:
         if not link.named:  # no update of the master will remove it
             with self._condition:
                 self.links = {key: other for key, other in self.links.items() if other is not link}
-                self._condition.notify_all()
+                self.link_changed()
 
     def reconnect(self) -> None:
         """Reconnect all links: connections from our old address are dead, perhaps without an error."""
@@ -406,7 +409,7 @@ class Subscription:
             links = list(self.links.values())
             self.links = {}
             self._latched.clear()
-            self._condition.notify_all()
+            self.link_changed()
         for link in links:
             link.close()
         for link in links:

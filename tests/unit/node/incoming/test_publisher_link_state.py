@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import queue
 import threading
 from collections.abc import Callable
@@ -143,6 +144,7 @@ class Owner:
     name = "/t"
     check_publishers = staticmethod(lambda subscription: None)
     emit = staticmethod(lambda event: None)
+    next_link_id = staticmethod(itertools.count(1).__next__)
 
     def __init__(self) -> None:
         self.context: Any = self

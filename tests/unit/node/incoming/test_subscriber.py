@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from xmlrpc.client import ServerProxy
 
 from rosproto.node import Node
 from tests.support.victim import eventually
@@ -73,3 +74,52 @@ def test_nodelay_is_asked_for_with_the_next_connection(nodes: tuple[Node, Node])
     assert subscriber.tcp_nodelay
     subscriber.tcp_nodelay = False
     assert not b.subscriber("/nodelay", UInt32).tcp_nodelay
+
+
+def test_the_links_are_a_value_that_changes_with_each_connection(nodes: tuple[Node, Node]) -> None:
+    """One entry for each publisher; the value stays the same object while nothing changes."""
+    a, b = nodes
+    subscriber = b.subscriber("/linked", UInt32)
+    assert subscriber.links == frozenset()
+    theirs, ours = a.publisher("/linked", UInt32), b.publisher("/linked", UInt32)
+    subscriber.wait_for_connection(20, count=2)
+    links = subscriber.links
+    assert subscriber.links is links
+    assert sorted(name for name, _, _ in links) == sorted([a.name, b.name])
+    assert {address for _, address, _ in links} == {link.address for link in subscriber.stats()}
+    ours.close()
+    eventually(lambda: len(subscriber.links) == 1, 5.0)
+    assert subscriber.links < links
+    theirs.close()
+    eventually(lambda: subscriber.links == frozenset(), 5.0)
+    subscriber.close()
+    assert subscriber.links == frozenset()
+
+
+def test_a_link_that_was_made_again_is_another_one(nodes: tuple[Node, Node]) -> None:
+    """Also when the master's list lacked its publisher for a moment: what was published then was missed."""
+    a, b = nodes
+    a.publisher("/again", UInt32)
+    subscriber = b.subscriber("/again", UInt32)
+    subscriber.wait_for_connection(20)
+    before = subscriber.links
+    slave = ServerProxy(b.uri)
+    for uris in ([], [a.uri]):
+        slave.publisherUpdate("/master", "/again", uris)
+    eventually(lambda: len(subscriber.links) == 1 and subscriber.links.isdisjoint(before), 5.0)
+    assert {link[:2] for link in subscriber.links} == {link[:2] for link in before}
+
+
+def test_a_lost_link_is_gone_before_its_error_is_reported(nodes: tuple[Node, Node]) -> None:
+    """Whoever hears of the error and asks does not take old values for present ones."""
+    a, b = nodes
+    a.publisher("/gone", UInt32)
+    told: list[tuple[int, int]] = []
+    subscriber = b.subscriber(
+        "/gone", UInt32, on_error=lambda _: told.append((len(subscriber.links), subscriber.connections))
+    )
+    subscriber.wait_for_connection(20)
+    a.close()
+    eventually(lambda: bool(told) or not subscriber.links, 5.0)
+    assert set(told) <= {(0, 0)}
+    assert subscriber.links == frozenset()

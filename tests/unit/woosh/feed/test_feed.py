@@ -16,13 +16,14 @@ from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.aio.feed import Feed as AwaitedFeed
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.feed.feed import Feed
+from woosh_pure.values.messages import message_type
 
 
 class StandIn:
     """A subscriber with links that a test sets."""
 
     def __init__(self, links=(), latching=False):
-        self.links = [SimpleNamespace(connected=c, last_error=e) for c, e in links]
+        self.states = [SimpleNamespace(connected=c, last_error=e) for c, e in links]
         self.latching = latching
         self.callback = None
         self.options = {}
@@ -32,15 +33,19 @@ class StandIn:
         self.close_reason = ""
 
     @property
+    def links(self):
+        return frozenset(("/node", str(n), id(link)) for n, link in enumerate(self.states) if link.connected)
+
+    @property
     def connections(self):
-        return sum(link.connected for link in self.links)
+        return len(self.links)
 
     def stats(self):
         self.asked += 1
         if self.asked > 3:  # a moment later
-            for link in self.links:
+            for link in self.states:
                 link.connected = link.connected or not link.last_error
-        return self.links
+        return self.states
 
     def subscriber(self, topic, type_, *, callback, **options):
         self.callback, self.options = callback, options
@@ -90,6 +95,32 @@ def test_a_latched_value_that_comes_while_the_topic_is_opened_is_the_next_one(mo
 
     monkeypatch.setattr(node, "subscriber", quick)
     assert feed.wait(0.2) == 4.0
+
+
+def test_a_value_sent_on_change_only_is_outdated_while_its_links_are_not_those_it_came_over():
+    """A change may have been missed; a link that is up and silent does not make it so, as nothing changed."""
+    feed, node = feed_of("/robot_status", links=[(True, ""), (True, "")])
+    feed.open()
+    assert not feed.outdated  # nothing was heard
+    status = message_type("woosh_msgs/RobotStatus")()
+    node.callback(status)
+    assert not feed.outdated
+    node.states[1].connected = False
+    assert (feed.outdated, feed.publishers) == (True, 1)
+    node.states[1] = SimpleNamespace(connected=True, last_error="")  # connected again
+    assert (feed.outdated, feed.sources) == (True, {"0", "1"})
+    node.callback(status)
+    assert not feed.outdated
+    feed.close()
+    assert (feed.outdated, feed.links) == (True, frozenset())
+
+
+def test_a_value_that_is_sent_all_the_time_is_never_outdated_by_its_links():
+    feed, node = feed_of(links=[(True, "")])
+    feed.open()
+    node.callback(number(1.0))
+    node.states[0].connected = False
+    assert not feed.outdated
 
 
 def test_opening_does_not_wait():
