@@ -6,7 +6,6 @@ Which names an admitted client may read and write is decided by `rosproto.gatewa
 
 from __future__ import annotations
 
-from rosproto.admission.connection_slots import ConnectionSlots, Key
 from rosproto.admission.policy import (
     MIN_TOKEN,
     AdmissionPolicy,
@@ -18,6 +17,7 @@ from rosproto.admission.policy import (
     require_page_origin,
 )
 from rosproto.admission.token_bucket import MAX_ADDRESSES, AddressBuckets, TokenBucket
+from rosproto.transport.connection_slots import ConnectionSlots, Key
 
 __all__ = [
     "MAX_ADDRESSES",

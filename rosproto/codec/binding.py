@@ -264,7 +264,9 @@ def _build_one(binding: Binding, field: FieldLayout, value: Any) -> object:
     return value
 
 
-def _numbers(binding: Binding, field: FieldLayout, value: bytes | list[float]) -> Sequence[float] | NDArray[np.generic]:
+def _numbers(
+    binding: Binding, field: FieldLayout, value: bytes | list[float]
+) -> Sequence[float] | NDArray[np.generic]:
     if not binding.value_style.views:
         return value if isinstance(value, bytes) else value if field.code == "?" else tuple(value)
     import numpy as np

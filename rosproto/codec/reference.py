@@ -8,7 +8,7 @@ char[] bytes, time and duration a (secs, nsecs) pair, a string a str (bytes that
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, NoReturn, SupportsFloat, SupportsIndex
+from typing import TYPE_CHECKING, NoReturn
 
 from rosproto.codec.layout import RANGES_BY_CODE, FieldLayout, Layout
 from rosproto.errors import CodecError

@@ -1,7 +1,7 @@
 """`WebSocketServer`: the server below both gateways, with `websockets` on an asyncio loop in its own thread.
 
 Connections are bounded in number and time before they become clients, and their HTTP request is checked
-(`pending_connections.py`, `handshake.py`). A client's session gets its messages one after the other, and
+(`Listener`, `handshake.py`). A client's session gets its messages one after the other, and
 `outbox_writer.py` sends what waits in its outbox.
 """
 
@@ -29,9 +29,9 @@ from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.handshake import HandshakeRules
 from rosproto.gateway.outbox_writer import OutboxWriter, closed_error
-from rosproto.gateway.pending_connections import AT_ONCE, BACKLOG, Listener, key_of
 from rosproto.logs import PeerLog
-from rosproto.transport.os_errors import system_errors
+from rosproto.transport.connection_slots import ConnectionSlots
+from rosproto.transport.listener import AT_ONCE, Listener, key_of
 from rosproto.transport.uri import make_uri
 
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
@@ -93,7 +93,7 @@ class WebSocketServer:
         name: str = "gateway",
     ) -> None:
         self._websockets = need_websockets(name)
-        self.host = host = admission.bound
+        self.host = admission.bound
         self.limits = limits or GatewayLimits()
         self.secure = tls is not None
         self.refused: Counter[str] = Counter()
@@ -111,8 +111,8 @@ class WebSocketServer:
         self._unread: dict[Any, asyncio.TimerHandle] = {}
         self._leaving: set[Future[None]] = set()
         self._closing = False
-        with system_errors(f"listen on {host}:{port}", f"{host}:{port}"):
-            self._listener = Listener(host, port, self.limits.pending_handshakes, self.refused)
+        self._slots = ConnectionSlots(self.limits.pending_handshakes)
+        self._listener = Listener(self.host, port, self._slots, self.refused)
         self.port: int = self._listener.getsockname()[1]
         self._started: Future[None] = Future()
         self._loop = asyncio.SelectorEventLoop()  # calls `Listener.accept`; Windows' proactor loop does not
@@ -186,11 +186,10 @@ class WebSocketServer:
             server_header=None,
             logger=quiet,
         )
-        self._listener.listen(BACKLOG)  # of the system's queue; the loop uses `backlog` as its own batch size
         self._started.set_result(None)
         await self._stop.wait()
         server.close()
-        self._listener.slots.drop_all()
+        self._slots.drop_all()
         with suppress(asyncio.TimeoutError):  # the rest is aborted below
             await asyncio.wait_for(server.wait_closed(), limits.close_seconds + 0.5)
         for transport in list(self._transports.values()):
@@ -227,7 +226,7 @@ class WebSocketServer:
             refusal = AdmissionRefusal(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
         if refusal is None:
             return None
-        self._listener.slots.request_begins(key, now, authorized=False)
+        self._slots.request_begins(key, now, authorized=False)
         self.refused[refusal.reason] += 1
         self.peer_log.warning(
             refusal.reason, "! %s: refused %s: %s", self._name, peer_of(connection), refusal.text
@@ -239,7 +238,7 @@ class WebSocketServer:
     async def _serve(self, connection: Any) -> None:
         task = asyncio.current_task()
         assert task is not None
-        self._listener.slots.release(key_of(connection.remote_address))  # `_channels` counts it from now on
+        self._slots.release(key_of(connection.remote_address))  # `_channels` counts it from now on
         transport = self._transports.get(connection)
         if transport is None:
             return  # it ended during its handshake

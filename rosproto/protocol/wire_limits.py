@@ -14,7 +14,7 @@ class Limits(NamedTuple):
         xml_body_bytes: An XML-RPC request or response body.
         xml_depth: Nesting of arrays and structs in XML-RPC.
         http_head_bytes: Request or status line and headers of an HTTP message.
-        pending_handshakes: Accepted TCPROS connections whose header has not arrived yet.
+        pending_handshakes: Accepted connections whose TCPROS header or XML-RPC request has not arrived yet.
         connections: Open connections of one server (TCPROS and XML-RPC counted separately).
         publishers: Publishers of one topic that a subscriber connects to; each costs a thread, and anybody
             can register at a master.

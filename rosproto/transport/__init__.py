@@ -5,6 +5,7 @@ from __future__ import annotations
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline, next_item
+from rosproto.transport.listener import AT_ONCE, Listener
 from rosproto.transport.os_errors import allow_open_files, max_connections
 from rosproto.transport.own_address import local_address_towards
 from rosproto.transport.robot_host_names import HostNames, hosts_advice, parse_host_names
@@ -16,9 +17,11 @@ from rosproto.transport.xmlrpc_client import XmlRpcClient, unpack
 from rosproto.transport.xmlrpc_server import Peer, XmlRpcServer
 
 __all__ = [
+    "AT_ONCE",
     "Backoff",
     "Deadline",
     "HostNames",
+    "Listener",
     "Peer",
     "TcpServer",
     "XmlRpcClient",

@@ -42,10 +42,11 @@ _BACKLOG = 1024
 """Systems cut it to what they allow. A client that finds it full is not refused but waits a whole second."""
 
 
-def listen(host: str, port: int = 0) -> socket.socket:
+def listen(host: str, port: int = 0, *, only_ipv6: bool = False) -> socket.socket:
     """Return a listening socket on exactly this address; port 0 takes a free one (ask `getsockname`).
 
-    "0.0.0.0" and "::" listen on every interface: only when the caller asks for that.
+    "0.0.0.0" and "::" listen on every interface: only when the caller asks for that. With `only_ipv6`, "::"
+    leaves IPv4 out on every system, as Windows does anyway.
 
     Raises:
         ConnectionLost: The port is taken, or the address is not this computer's.
@@ -60,6 +61,8 @@ def listen(host: str, port: int = 0) -> socket.socket:
         sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
     try:
         reuse_address(sock)
+        if only_ipv6 and sock.family == socket.AF_INET6:
+            sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
         sock.bind((address, port))
         sock.listen(_BACKLOG)
     except (OSError, OverflowError) as error:

@@ -4,14 +4,15 @@ The accept loop never reads, so a silent peer does not block others (in rospy it
 
 A connection is in one of three states. *Pending*: accepted, its handshake not finished. *Established*: the
 handler called `established`. *Idle*: the handler called `idle`; it is kept open for a next request. When too
-many are pending, the oldest pending one is dropped: a normal handshake takes milliseconds, so the oldest is
-the one that stalls. When the limit of connections is reached, the longest idle one is dropped; if none is
-idle, the new one is refused. When the process has few files left (`max_connections`), or none, the oldest
-pending one is dropped, or else the longest idle one.
+many are pending, the oldest pending one of the address that has the most is dropped (`ConnectionSlots`): a
+normal handshake takes milliseconds, so that one stalls. When the limit of connections is reached, the longest
+idle one is dropped; if none is idle, the new one is refused. When the process has few files left
+(`max_connections`), or none, a pending one is dropped, or else the longest idle one.
 """
 
 from __future__ import annotations
 
+import itertools
 import os
 import selectors
 import socket
@@ -20,10 +21,12 @@ from collections import OrderedDict
 from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.protocol.wire_limits import Limits
+from rosproto.transport.connection_slots import ConnectionSlots, Key
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.forking import close_in_forked_children, is_forked_child
 from rosproto.transport.os_errors import (
@@ -60,16 +63,16 @@ class TcpServer:
     The socket is blocking and tuned. It is closed when `on_connection` returns, so a handler runs as long as
     the connection lives (as the reader of its link), or calls `hand_over` to let the connection outlive its
     thread. An error that it raises ends that connection only. After its handshake the handler calls
-    `established(sock)`; otherwise the connection counts as established after `limits.handshake_seconds`.
+    `established(sock)`; until then the connection is pending.
 
     Args:
         host: The only address to listen on.
         port: Port, 0 for a free one.
         on_connection: The handler.
-        limits: `connections`, `pending_handshakes` and `handshake_seconds` are used.
+        limits: `connections` and `pending_handshakes` are used.
         allow: Who may connect: addresses, or a function of the address; None for everybody.
         name: For thread names and log lines.
-        clock: Measures the ages of connections.
+        clock: Measures time-outs.
 
     Attributes:
         host: As given.
@@ -97,7 +100,9 @@ class TcpServer:
         self._clock = clock
         self._lock = threading.Lock()  # guards the tables below; never held during I/O that can block
         self._threads: dict[socket.socket, threading.Thread] = {}
-        self._pending: OrderedDict[socket.socket, float] = OrderedDict()
+        self._pending = ConnectionSlots(self._limits.pending_handshakes)
+        self._keys: dict[socket.socket, Key] = {}  # in `_pending`: the address, and a number
+        self._numbers = itertools.count()
         self._idle: OrderedDict[socket.socket, None] = OrderedDict()
         self._handed_over: set[socket.socket] = set()
         self._accept_failing = False  # so that a series of failures is logged once
@@ -153,19 +158,18 @@ class TcpServer:
     def pending(self) -> int:
         """Number of connections whose handshake is not finished."""
         with self._lock:
-            self._age_pending()
             return len(self._pending)
 
     def established(self, sock: socket.socket) -> None:
         """Mark the handshake as finished (or an idle connection as busy again)."""
         with self._lock:
-            self._pending.pop(sock, None)
+            self._is_not_pending(sock)
             self._idle.pop(sock, None)
 
     def idle(self, sock: socket.socket) -> None:
         """Mark the connection as idle: it may be dropped to make room."""
         with self._lock:
-            self._pending.pop(sock, None)
+            self._is_not_pending(sock)
             if sock in self._threads:
                 self._idle[sock] = None
 
@@ -175,7 +179,7 @@ class TcpServer:
         It counts against `limits.connections` until `released` is called for it.
         """
         with self._lock:
-            self._pending.pop(sock, None)
+            self._is_not_pending(sock)
             self._idle.pop(sock, None)
             if sock in self._threads:
                 self._handed_over.add(sock)
@@ -268,7 +272,8 @@ class TcpServer:
             # raises RuntimeError if the system has no more threads
             thread.start()
             self._threads[sock] = thread
-            self._pending[sock] = self._clock.monotonic()
+            key = self._keys[sock] = (peer[0], next(self._numbers))
+            self._pending.admit(key, partial(self._end_pending, sock), self._clock.monotonic())
         return True
 
     def allows(self, host: str) -> bool:
@@ -279,12 +284,9 @@ class TcpServer:
 
     def _make_room(self, sock: socket.socket) -> bool:
         assert self._lock.locked()
-        self._age_pending()
         open_now = self._threads.keys() | self._handed_over
         if len(open_now) >= max_connections(sock.fileno(), [each.fileno() for each in open_now]):
-            _ = self._drop_pending() or self._drop_idle()
-        if len(self._pending) >= self._limits.pending_handshakes:
-            self._drop_pending()
+            _ = self._pending.drop_one() or self._drop_idle()
         if self._count() < self._limits.connections:
             return True
         if self._drop_idle():
@@ -296,16 +298,17 @@ class TcpServer:
     def _give_up_one(self) -> None:
         """Drop a connection because the system ran out of files before our own limits were reached."""
         with self._lock:
-            if not self._drop_pending():
-                self._drop_idle()
+            _ = self._pending.drop_one() or self._drop_idle()
 
-    def _drop_pending(self) -> bool:
-        """Drop the oldest pending connection, if there is one: its thread wakes up, closes it and ends."""
-        if not self._pending:
-            return False
-        interrupt(self._pending.popitem(last=False)[0])
+    def _end_pending(self, sock: socket.socket) -> None:
+        """End a connection that has lost its slot: its thread wakes up, closes it and ends."""
+        interrupt(sock)
         self.stats.dropped_pending += 1
-        return True
+
+    def _is_not_pending(self, sock: socket.socket) -> None:
+        key = self._keys.pop(sock, None)
+        if key is not None:
+            self._pending.release(key)
 
     def _drop_idle(self) -> bool:
         """Drop the longest idle connection, if there is one."""
@@ -318,11 +321,6 @@ class TcpServer:
     def _count(self) -> int:
         assert self._lock.locked()
         return len(self._threads.keys() | self._handed_over)
-
-    def _age_pending(self) -> None:
-        limit = self._clock.monotonic() - self._limits.handshake_seconds
-        while self._pending and next(iter(self._pending.values())) <= limit:
-            self._pending.popitem(last=False)
 
     def _serve(self, sock: socket.socket, peer: tuple[str, int]) -> None:
         try:
@@ -344,6 +342,6 @@ class TcpServer:
         """Remove a connection whose handler has returned; return whether it was handed over."""
         with self._lock:
             self._threads.pop(sock, None)
-            self._pending.pop(sock, None)
+            self._is_not_pending(sock)
             self._idle.pop(sock, None)
             return sock in self._handed_over

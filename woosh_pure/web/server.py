@@ -1,6 +1,4 @@
-"""Runs the web application: uvicorn in a thread, as a `with` block, and its listening socket, which closes a
-connection without a free slot before anything is read from it.
-"""
+"""Runs the web application: uvicorn in a thread, as a `with` block."""
 
 from __future__ import annotations
 
@@ -8,8 +6,6 @@ import asyncio
 import errno
 import socket
 import ssl
-import struct
-import sys
 import threading
 import time
 from collections.abc import Coroutine
@@ -17,10 +13,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from rosproto.admission import ConnectionSlots, Key
+from rosproto.admission import ConnectionSlots
+from rosproto.errors import ConnectionLost
 from rosproto.logs import PeerLog, get_logger
 from rosproto.sentence import say
-from rosproto.transport import make_uri, max_connections, reuse_address
+from rosproto.transport import AT_ONCE, Listener, make_uri
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -30,89 +27,10 @@ PONG_SECONDS = 4.0
 """A WebSocket that does not answer a ping within this time is closed. The time is longer than a short outage
 of a radio link, and shorter than the six seconds after which the page connects again."""
 
-BACKLOG, AT_ONCE = 128, 2
-"""Connections that wait in the system's queue, and those that are accepted in one turn of the loop. One that
-is replaced keeps its file for about five turns, so that ten of the reserved files are in use at a time."""
-
 _logger = get_logger("woosh_pure.web")
 _peer_log = PeerLog("woosh_pure.web")
-_NO_LINGER = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
 START_SECONDS, LEAVE_SECONDS, END_SECONDS = 10.0, 0.6, 3.0
 """Time for the server to start; for clients to receive the rest and disconnect; and for the server to end."""
-
-
-class Listener(socket.socket):
-    """A socket that listens from its construction.
-
-    Raises:
-        OSError: Listening on this address failed; the message says what to do.
-    """
-
-    def __init__(self, bind: str, port: int, slots: ConnectionSlots) -> None:
-        host = bind.strip("[]")
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        # asyncio sets TCP_NODELAY only if the listening socket names its protocol.
-        super().__init__(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-        self._slots = slots
-        self._open: set[int] = set()  # descriptors of the connections
-        try:
-            reuse_address(self)
-            self.bind((host, port))
-            self.listen()
-        except OSError as error:
-            self.close()
-            foreign = error.errno in (errno.EADDRNOTAVAIL, None) or isinstance(error, socket.gaierror)
-            advice = "--bind takes an address of this computer" if foreign else "give another --port"
-            raise OSError(
-                error.errno or errno.EINVAL,
-                say(
-                    "cannot listen at {bind} port {port}: {error}; {advice}",
-                    bind=bind,
-                    port=port,
-                    error=error.strerror or error,
-                    advice=say(advice),
-                ),
-            ) from error
-
-    def listen(self, backlog: int = BACKLOG) -> None:
-        """Listen with our own queue: the loop passes the number that it accepts at once."""
-        super().listen(BACKLOG)
-
-    def accept(self) -> tuple[socket.socket, tuple[str, int]]:
-        """Accept the next connection that gets a slot. With few files left, it replaces others."""
-        while True:
-            accepted, address = super().accept()
-            connection = _Connection(accepted.family, accepted.type, accepted.proto, fileno=accepted.detach())
-            connection.key, connection.slots = (str(address[0]), int(address[1])), self._slots
-            connection.open_ones = self._open
-            limit = max_connections(connection.fileno(), self._open)
-            self._open.add(connection.fileno())
-            if self._slots.admit(connection.key, connection.end, time.monotonic(), limit):
-                return connection, address
-            connection.end()
-            connection.close()
-
-
-class _Connection(socket.socket):
-    """A connection that frees its slot when it is closed."""
-
-    key: Key
-    slots: ConnectionSlots
-    open_ones: set[int]
-
-    def end(self) -> None:
-        """Shut the connection down; its reader then closes it."""
-        try:
-            self.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _NO_LINGER)
-            self.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass  # already closed
-
-    def close(self) -> None:
-        """Close the socket and free its slot."""
-        self.open_ones.discard(self.fileno())
-        super().close()
-        self.slots.release(self.key, self.end)
 
 
 class WebServer:
@@ -156,7 +74,7 @@ class WebServer:
         if tls_cert:
             _check_tls(tls_cert, tls_key)
         self._slots = app.state.context.slots
-        self._socket = Listener(bind, port, self._slots)
+        self._socket = listen_at(bind, port, self._slots)
         self.port = int(self._socket.getsockname()[1])
         self.scheme = "https" if tls_cert else "http"
         shown = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(bind, bind.strip("[]"))
@@ -238,6 +156,30 @@ class WebServer:
             self._server.force_exit = True
             self._thread.join(END_SECONDS)
         self._socket.close()
+
+
+def listen_at(bind: str, port: int, slots: ConnectionSlots) -> Listener:
+    """Listen for the server.
+
+    Raises:
+        OSError: Listening on this address failed; the message says what to do.
+    """
+    try:
+        return Listener(bind, port, slots)
+    except ConnectionLost as error:
+        why = error.__cause__
+        foreign = isinstance(why, socket.gaierror) or getattr(why, "errno", None) == errno.EADDRNOTAVAIL
+        advice = "--bind takes an address of this computer" if foreign else "give another --port"
+        raise OSError(
+            getattr(why, "errno", None) or errno.EINVAL,
+            say(
+                "cannot listen at {bind} port {port}: {error}; {advice}",
+                bind=bind,
+                port=port,
+                error=getattr(why, "strerror", None) or why or error,
+                advice=say(advice),
+            ),
+        ) from error
 
 
 def _log_flood(transport: asyncio.BaseTransport) -> None:

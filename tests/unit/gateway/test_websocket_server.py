@@ -183,9 +183,7 @@ def test_half_requests_of_one_address_lock_no_other_out(serve: Serve) -> None:
         assert viewer.makefile("rb").readline().split()[1] == b"101"
 
 
-@pytest.mark.promise(
-    "a request to a gateway that comes at once is read before 40 later connections replace it"
-)
+@pytest.mark.promise("a request that comes at once is read before ten later connections replace it")
 def test_a_crowd_that_comes_at_once_pushes_no_request_out() -> None:
     """From as many addresses as there are; all of them wait when the loop gets its turn."""
     pytest.importorskip("websockets", reason='websockets is not installed: pip install ".[bridge]"')
@@ -198,7 +196,8 @@ def test_a_crowd_that_comes_at_once_pushes_no_request_out() -> None:
             busy.set()
             go_on.wait(20)
 
-    server = WebSocketServer(Session, HandshakeRules("127.0.0.1"))
+    limits = GatewayLimits(pending_handshakes=10)
+    server = WebSocketServer(Session, HandshakeRules("127.0.0.1"), limits=limits)
     with ExitStack() as stack:
         stack.callback(server.close)
         stack.callback(go_on.set)

@@ -446,9 +446,7 @@ with Master() as master:
 """
 
 
-@pytest.mark.promise(
-    "the one whose handshake has been incomplete for longest, then the one that has been idle for longest"
-)
+@pytest.mark.promise("such a one, then the one that has been idle for longest")
 @pytest.mark.skipif(sys.platform == "win32", reason="limits open files the POSIX way")
 def test_silent_connections_that_take_every_file_keep_nobody_out() -> None:
     """The system's bound may be below `Limits.pending_handshakes`: the oldest silent one goes then, too."""

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosproto.admission import ConnectionSlots, Key
-from rosproto.admission.connection_slots import KNOWN_SECONDS, MAX_KNOWN
+from rosproto.transport.connection_slots import KNOWN_SECONDS, MAX_KNOWN, ConnectionSlots, Key
 
 STRANGER, OWNER, HERE = "192.168.1.66", "192.168.1.7", "127.0.0.1"
 

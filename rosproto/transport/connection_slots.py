@@ -13,7 +13,7 @@ from rosproto.transport.uri import is_loopback
 KNOWN_SECONDS, MAX_KNOWN = 900.0, 256
 
 Key = tuple[str, int]
-"""IP address and port of the peer."""
+"""IP address and port of the peer, or another number of the connection."""
 
 
 @dataclass(slots=True)
@@ -33,7 +33,8 @@ class ConnectionSlots:
     authorized request: the longest silent one of the address with the most of those. So one address locks
     nobody else out, and among many addresses the newest connections stay.
 
-    Used in the event loop only. The `end` callbacks close a connection and must not wait.
+    Used in the event loop only, or with the server's lock held. The `end` callbacks close a connection and
+    must not wait.
 
     Args:
         max_slots: The number of slots.
@@ -75,11 +76,11 @@ class ConnectionSlots:
         self.drop_silent(now)
         address, known = key[0], self._is_known(key[0], now)
         own = sum(other[0] == address for other in self._slots)
-        if not known and own >= self._max_per_address and not self._replace(address):
+        if not known and own >= self._max_per_address and not self.drop_one(address):
             return False
         slots = min(max_slots, self._max_slots if known else self._max_slots - self._reserved)
         while len(self._slots) >= slots:
-            if not self._replace():
+            if not self.drop_one():
                 return False
         self._slots[key] = _Slot(now, end)
         return True
@@ -128,12 +129,8 @@ class ConnectionSlots:
         for key in list(self._slots):
             self._close(key)
 
-    def _is_known(self, address: str, now: float) -> bool:
-        then = self._known.get(address)
-        return is_loopback(address) or (then is not None and now - then < KNOWN_SECONDS)
-
-    def _replace(self, address: str | None = None) -> bool:
-        """Drop a pending connection, of that address or of any; False if none is pending."""
+    def drop_one(self, address: str | None = None) -> bool:
+        """Drop a pending connection, of that address or of any, as for a new one; False if there is none."""
         pending = {
             key: slot.since
             for key, slot in self._slots.items()
@@ -145,6 +142,10 @@ class ConnectionSlots:
         self._close(min(pending, key=lambda key: (-crowd[key[0]], pending[key])))
         self.replaced += 1
         return True
+
+    def _is_known(self, address: str, now: float) -> bool:
+        then = self._known.get(address)
+        return is_loopback(address) or (then is not None and now - then < KNOWN_SECONDS)
 
     def _close(self, key: Key) -> None:
         self._slots.pop(key).end()
