@@ -35,7 +35,7 @@ class ThreadCalls:
 
     def __init__(self, request: Callable[[], CallScope]) -> None:
         self._request = request
-        self.begun: WeakSet[Any] = WeakSet()
+        self.begun: WeakSet[object] = WeakSet()
         self._pool = Pool(_THREADS, name="woosh:aio")
 
     async def call(self, function: Callable[[], T]) -> T:
@@ -89,7 +89,7 @@ class ThreadCalls:
 class AwaitableProperty(Awaitable[T], Generic[T]):
     """A property that is awaited: `await robot.faults`. Asked for each time it is awaited."""
 
-    def __init__(self, ask: Callable[[], Coroutine[Any, Any, T]]) -> None:
+    def __init__(self, ask: Callable[[], Coroutine[Any, None, T]]) -> None:
         self._ask = ask
 
     def __await__(self) -> Generator[Any, None, T]:

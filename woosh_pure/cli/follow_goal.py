@@ -62,7 +62,7 @@ def follow(
         return handle.wait(timeout, meanwhile=show)
 
 
-def report(outcome: Outcome, out: Output, **more: Any) -> int:
+def report(outcome: Outcome, out: Output, **more: object) -> int:
     """Print how a goal ended, and return the exit code."""
     out.line(outcome.sentence())
     out.result(

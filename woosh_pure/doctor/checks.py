@@ -10,7 +10,7 @@ import socket
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import rosproto
 from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
@@ -53,15 +53,15 @@ class Finding:
         return {"check": self.check, "level": level, "text": str(self.text), "advice": str(self.advice)}
 
 
-def ok(check: str, text: str, **values: Any) -> Finding:
+def ok(check: str, text: str, **values: object) -> Finding:
     return Finding(check, Level.OK, say(text, **values))
 
 
-def warn(check: str, text: str, advice: str = "", **values: Any) -> Finding:
+def warn(check: str, text: str, advice: str = "", **values: object) -> Finding:
     return Finding(check, Level.WARNING, say(text, **values), advice)
 
 
-def bad(check: str, text: str, advice: str, **values: Any) -> Finding:
+def bad(check: str, text: str, advice: str, **values: object) -> Finding:
     return Finding(check, Level.PROBLEM, say(text, **values), advice)
 
 

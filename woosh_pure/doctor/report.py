@@ -38,7 +38,7 @@ class Redaction:
         for host in hosts:
             self._host(host)
 
-    def __call__(self, value: Any) -> Any:
+    def __call__(self, value: object) -> Any:
         """Redact a text, or all texts in lists and mappings, including keys."""
         if isinstance(value, str):
             return self._text(value)
@@ -80,7 +80,7 @@ def report(
     types: Mapping[str, str],
     system: Mapping[str, str],
     redact: Redaction,
-) -> dict[str, Any]:
+) -> dict[str, object]:
     """Return the report as a JSON-compatible dict.
 
     Args:
@@ -94,5 +94,5 @@ def report(
     if state is not None:
         graph = {"topics": types, **{name: getattr(state, name) for name in SystemState._fields}}
     found = [finding.document() for finding in findings]
-    document: dict[str, Any] = redact({"system": system, "findings": found, "graph": graph})
+    document: dict[str, object] = redact({"system": system, "findings": found, "graph": graph})
     return {"woosh_report": 1, **document}

@@ -66,7 +66,7 @@ class Feeds:
         for feed in feeds:
             feed.close()
 
-    def require_publisher(self, feed: Feed[Any]) -> None:
+    def require_publisher(self, feed: Feed[object]) -> None:
         """Wait until the topic that reports the end of a goal is connected.
 
         Raises:

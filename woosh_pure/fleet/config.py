@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,7 @@ def _is_targets(value: object) -> bool:
     )
 
 
-_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+_KINDS: dict[str, tuple[Callable[[object], bool], str]] = {
     "str": (lambda v: isinstance(v, str), "a text in quotes"),
     "str | None": (lambda v: v is None or isinstance(v, str), "a text in quotes"),
     "bool": (lambda v: isinstance(v, bool), "true or false"),
@@ -338,7 +338,7 @@ def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
     )
 
 
-def _require_known(given: Mapping[str, Any], known: Any, where: str) -> None:
+def _require_known(given: Mapping[str, object], known: Iterable[str], where: str) -> None:
     unknown = sorted(set(given) - set(known))
     if unknown:
         hint = " (secrets are in the environment or a secrets_file)" if "password" in unknown else ""

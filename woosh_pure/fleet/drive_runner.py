@@ -18,7 +18,6 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
@@ -30,6 +29,8 @@ from woosh_pure.fleet.action_handlers.running_action import end_is_known, ended_
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.order.events import Drive, DriveEnded, StopEnded
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
+from woosh_pure.motion.action_goal import NavigationHandle
+from woosh_pure.motion.task import TaskHandle
 
 _log = get_logger("woosh_pure.fleet.drive_runner")
 _MODE_SECONDS = 5.0
@@ -65,7 +66,7 @@ class DriveRunner:
         self._sending = threading.Lock()  # held while a goal is sent, so that no older one follows
         self._newest = 0
         self._halted = 0
-        self._handle: tuple[int, Any] | None = None
+        self._handle: tuple[int, TaskHandle | NavigationHandle] | None = None
         self._open: set[int] = set()  # tokens of drives whose end is not reported yet
         self._limited = False  # a speed or direction is set
         self._without_modes = False  # the chassis accepts no speed and direction
@@ -106,7 +107,7 @@ class DriveRunner:
     def _begin(work: Callable[[], None], name: str) -> None:
         threading.Thread(target=work, name=name, daemon=True).start()
 
-    def _cancel(self, token: int, handle: Any) -> None:
+    def _cancel(self, token: int, handle: TaskHandle | NavigationHandle) -> None:
         try:
             handle.cancel()
         except RosError as error:
@@ -170,7 +171,7 @@ class DriveRunner:
             _log.exception("! a drive failed")
             self._report(token, False, f"{type(error).__name__}: {error}", known=False)
 
-    def _send(self, effect: Drive) -> Any:
+    def _send(self, effect: Drive) -> TaskHandle | NavigationHandle:
         node, edge = effect.node, effect.edge
         self._set_speed_and_direction(edge)
         if node.position is None:

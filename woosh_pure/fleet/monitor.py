@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from rosproto.codec import DynamicMessage
 from rosproto.errors import RosError
 from woosh_pure.chassis import Chassis, components_of
 from woosh_pure.enums import RobotMode
@@ -21,7 +22,7 @@ from woosh_pure.fleet.order.events import Drive
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.geometry import Footprint, Pose2D, Velocity
 from woosh_pure.reasons import ReasonKey
-from woosh_pure.values import Parameters
+from woosh_pure.values import Battery, Parameters
 
 _SEVERE = 3  # level of a fault
 SILENT_AFTER = 1.5
@@ -127,7 +128,7 @@ class ChassisMonitor:
         self.heard = time.monotonic()
         self._motion_changed()
 
-    def _on_battery(self, battery: Any) -> None:
+    def _on_battery(self, battery: Battery) -> None:
         facts = self._facts
         before = (facts.percent is None, facts.charging)
         facts.percent, facts.voltage = float(battery.percent), battery.voltage
@@ -140,7 +141,7 @@ class ChassisMonitor:
             self.parameters = parameters
             self._flag("parameters")
 
-    def _on_path(self, path: Any) -> None:
+    def _on_path(self, path: DynamicMessage) -> None:
         """Keep at most `MAX_CORNERS` corners; a path in another frame than the map is ignored."""
         poses, frame = path.poses, path.header.frame_id.lstrip("/")
         kept = [*poses[: -1 : max(1, -(-len(poses) // MAX_CORNERS))], *poses[-1:]]

@@ -7,7 +7,6 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from rosproto.version import __version__
 from woosh_pure.fleet.broker_connection import BrokerConnection
@@ -217,18 +216,20 @@ def factsheet_message(
     timing = {"minOrderInterval": 0.1, "minStateInterval": 0.1, "defaultStateInterval": 30.0}
     if config.visualization > 0.0:
         timing["visualizationInterval"] = config.visualization
-    message: dict[str, Any] = {
+    physical = {
+        "speedMin": 0.0, "speedMax": 0.0 if known is None else known.max_linear,
+        "accelerationMax": config.acceleration, "decelerationMax": config.acceleration,
+        "heightMin": config.height, "heightMax": config.height,
+        "width": max(ys) - min(ys), "length": max(xs) - min(xs),
+    }  # fmt: skip
+    envelope = {"set": "footprint", "polygonPoints": [{"x": x, "y": y} for x, y in outline]}
+    message: dict[str, object] = {
         **header,
         "typeSpecification": {
             "seriesName": config.series, "agvKinematic": "DIFF", "agvClass": "CARRIER",
             "maxLoadMass": config.load, "localizationTypes": ["NATURAL"], "navigationTypes": ["AUTONOMOUS"],
         },
-        "physicalParameters": {
-            "speedMin": 0.0, "speedMax": 0.0 if known is None else known.max_linear,
-            "accelerationMax": config.acceleration, "decelerationMax": config.acceleration,
-            "heightMin": config.height, "heightMax": config.height,
-            "width": max(ys) - min(ys), "length": max(xs) - min(xs),
-        },
+        "physicalParameters": physical,
         "protocolLimits": {
             "maxStringLens": {"msgLen": parsing.MAX_MESSAGE_BYTES, "idLen": elements.MAX_ID_CHARACTERS,
             "idNumericalOnly": False}, "maxArrayLens": {
@@ -243,16 +244,13 @@ def factsheet_message(
             "optionalParameters": _optional_parameters(limits),
             "agvActions": [_agv_action(each) for each in actions.values()],
         },
-        "agvGeometry": {},
+        "agvGeometry": {"envelopes2d": [envelope]} if outline else {},
         "loadSpecification": {},
     }  # fmt: skip
     if not config.version.startswith("2.0"):
         turn = 0.0 if known is None else known.max_angular
-        message["physicalParameters"].update(angularSpeedMin=0.0, angularSpeedMax=turn)
+        physical.update(angularSpeedMin=0.0, angularSpeedMax=turn)
         message["vehicleConfig"] = {"versions": [{"key": "woosh-pure", "value": __version__}]}
-    if outline:
-        corners = [{"x": x, "y": y} for x, y in outline]
-        message["agvGeometry"]["envelopes2d"] = [{"set": "footprint", "polygonPoints": corners}]
     return message
 
 

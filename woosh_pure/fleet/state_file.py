@@ -16,7 +16,6 @@ import time
 from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from rosproto.files import replace_file
 from rosproto.logs import get_logger
@@ -101,7 +100,7 @@ class Store:
             "give this one a serial number or a folder (--state) of its own"
         )
 
-    def load(self) -> dict[str, Any] | None:
+    def load(self) -> dict[str, object] | None:
         """Return the saved data; None if there is none. An unreadable file is renamed and logged."""
         try:
             text = self.path.read_text("utf-8")

@@ -249,7 +249,7 @@ class Vehicle:
         self._inbox.add_message(self._read(topic, payload), call)
 
     def _read(self, topic: str, payload: bytes) -> Message:
-        data: Mapping[str, Any] = {}
+        data: Mapping[str, object] = {}
         try:
             data, ours = parse(payload), self.config
             check_header(data, version=ours.version, manufacturer=ours.manufacturer, serial=ours.serial)

@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from rosproto.codec import DynamicMessage
 from rosproto.files import write_file
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D, quaternion_from_yaw
@@ -143,7 +144,7 @@ class GridMap:
 # -- nav_msgs/OccupancyGrid to a `GridMap` and back ----------------------------------------------------------
 
 
-def grid_from_message(message: Any) -> GridMap:
+def grid_from_message(message: DynamicMessage) -> GridMap:
     """The map of a message; the cells are a view of the message's memory where it allows that.
 
     Raises:
@@ -166,7 +167,7 @@ def grid_from_message(message: Any) -> GridMap:
     return GridMap(cells.reshape(info.height, info.width), info.resolution, origin)
 
 
-def grid_message(grid: GridMap, frame: str = "map") -> Any:
+def grid_message(grid: GridMap, frame: str = "map") -> DynamicMessage:
     """nav_msgs/OccupancyGrid of a map."""
     import numpy as np
 

@@ -17,8 +17,8 @@ import re
 import threading
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
+from rosproto.codec import DynamicMessage
 from rosproto.sentence import say
 from woosh_pure.enums import RobotMode, RobotState, WorkMode
 from woosh_pure.faults import Department, FaultLevel, StatusCode, decode_status_code
@@ -194,7 +194,7 @@ def status_shows_fitness(status: RobotStatus) -> bool:
 _FIT = (RobotState.IDLE, RobotState.PARKING, RobotState.IN_TASK, RobotState.CHARGING)
 
 
-def triggered_keys(inputs: Any) -> tuple[int, ...]:
+def triggered_keys(inputs: DynamicMessage) -> tuple[int, ...]:
     """Numbers of the chassis's own keys that a woosh_msgs/IOs shows as triggered; () without one."""
     lines = () if inputs is None else inputs.IOs
     return tuple(int(line.id) for line in lines if line.module == _KEYS_MODULE and line.status == _TRIGGERED)

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 import rosproto
+from rosproto.codec import DynamicMessage
 from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
@@ -61,7 +62,7 @@ class OtherGoals:
         ):
             time.sleep(0.01)
 
-    def receive(self, action: str, message: Any) -> None:
+    def receive(self, action: str, message: DynamicMessage) -> None:
         """Take in one actionlib_msgs/GoalStatusArray."""
         active = tuple(s.goal_id.id for s in message.status_list if s.status in _UNDER_WAY)
         with self._lock:

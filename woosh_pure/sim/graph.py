@@ -72,7 +72,7 @@ class Graph:
         self.publishers: dict[tuple[str, str], rosproto.Publisher] = {}
         self.heard: dict[str, DynamicMessage] = {}
         self.costmap: rosproto.Publisher | None = None
-        self._keep: list[Any] = []
+        self._keep: list[object] = []
         self._building: ExitStack | None = None
         # Reported as TCPROS, as between the real nodes.
         self._robot = LocalNodes(told_as="TCPROS", master=own_master)

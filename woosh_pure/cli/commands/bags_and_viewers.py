@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.cli import (
     add_server_options,
@@ -71,7 +71,7 @@ def _tell_bags(recorder: Recorder, out: Output) -> int:
     from rosproto.bag import open_bag
 
     counts: dict[str, int] = {}
-    files: list[dict[str, Any]] = []
+    files: list[dict[str, object]] = []
     damage: list[str] = []
     for path in filter(Path.exists, recorder.paths):
         with open_bag(path) as bag:

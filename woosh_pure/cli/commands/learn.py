@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.cli import count, positive
 from rosproto.msg import environment_paths, learned_paths, revisions_folder
@@ -127,7 +127,7 @@ def _keep(
     return written
 
 
-def _document(comparison: Comparison) -> dict[str, Any]:
+def _document(comparison: Comparison) -> dict[str, object]:
     answer = comparison.answer
     return {
         "kind": answer.kind,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.cli import finite, seconds
 from rosproto.errors import RosError, RosTimeout
@@ -48,7 +48,7 @@ def run_map(args: Namespace, out: Output) -> None:
     {"show": _show_map, "save": _save_map, "set": _set_map}[args.verb](args, out)
 
 
-def _map_facts(grid: GridMap) -> dict[str, Any]:
+def _map_facts(grid: GridMap) -> dict[str, object]:
     return {
         "width": grid.width,
         "height": grid.height,

@@ -329,7 +329,7 @@ def _exit_code(code: object) -> int:
     return 1
 
 
-def _execute(text: str, names: dict[str, Any]) -> None:
+def _execute(text: str, names: dict[str, object]) -> None:
     try:
         exec(compile(text, "<woosh shell>", "exec"), names)
     except (RosError, OSError):
@@ -338,7 +338,7 @@ def _execute(text: str, names: dict[str, Any]) -> None:
         raise RosError(say("your code: {name}: {error}", name=type(error).__name__, error=error)) from error
 
 
-def _names(chassis: Any) -> dict[str, Any]:
+def _names(chassis: Any) -> dict[str, object]:
     import woosh_pure
     from woosh_pure import enums
 
@@ -347,7 +347,7 @@ def _names(chassis: Any) -> dict[str, Any]:
     return {**names, "chassis": chassis, "math": math, "__name__": "__console__"}
 
 
-def _interact(names: dict[str, Any], banner: str) -> None:
+def _interact(names: dict[str, object], banner: str) -> None:
     import code
 
     if sys.platform != "win32":  # Windows' console has line editing of its own

@@ -61,7 +61,7 @@ def run_status(args: Namespace, out: Output) -> int:
         return 0 if heard else 1
 
 
-def _status_document(reading: Reading[Any]) -> dict[str, Any]:
+def _status_document(reading: Reading[object]) -> dict[str, object]:
     from dataclasses import asdict, is_dataclass
 
     value = asdict(reading.value) if is_dataclass(reading.value) else reading.value  # type: ignore[arg-type]

@@ -18,14 +18,15 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 from urllib.parse import urlsplit
 
 from rosproto.files import replace_file
 from rosproto.logs import get_logger
 from rosproto.text import printable
+from woosh_pure.chassis import Chassis
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.chassis_facts import MapEntry
+from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 
 _log = get_logger("woosh_pure.fleet.action_handlers.maps")
@@ -123,7 +124,7 @@ class MapStore:
             for path in self._place(map_id, version):
                 path.unlink(missing_ok=True)
 
-    def use(self, chassis: Any, map_id: str, version: str, pose: Any) -> None:
+    def use(self, chassis: Chassis, map_id: str, version: str, pose: Pose2D | None) -> None:
         """Store the chassis's current map, then set another one.
 
         Raises:
@@ -142,7 +143,7 @@ class MapStore:
             self.active, self.version = map_id, version
             self._save()
 
-    def confirm(self, chassis: Any) -> None:
+    def confirm(self, chassis: Chassis) -> None:
         """After a restart, check that the chassis still has the map in use; else its own map is in use."""
         with self._lock:
             if (self.active, self.version) == (self.own.map_id, self.own.version):

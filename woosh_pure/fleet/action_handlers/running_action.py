@@ -20,6 +20,7 @@ from woosh_pure.errors import ChassisError, GoalFailed
 from woosh_pure.fleet.chassis_facts import Load
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.order.events import ActionEnded, BeginAction
+from woosh_pure.motion.goal_handle import GoalHandle
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 
 _log = get_logger("woosh_pure.fleet.action_handlers.running_action")
@@ -46,7 +47,7 @@ class Task:
         """The action's parameters by key."""
         return self.action.parameters
 
-    def wait(self, handle: Any) -> str:
+    def wait(self, handle: GoalHandle[Any]) -> str:
         """Wait for a goal of the chassis and return its text. Cancelling the action cancels the goal.
 
         Raises:

@@ -38,7 +38,7 @@ def _text(limit: int) -> Check:
     return fits(lambda v, _: isinstance(v, str) and len(v) <= limit, f"a text of at most {limit} characters")
 
 
-def _is_value(value: Any, _max_characters: int) -> bool:
+def _is_value(value: object, _max_characters: int) -> bool:
     return isinstance(value, (str, list, dict)) or (
         isinstance(value, (int, float)) and abs(value) <= _MAX_NUMBER
     )
@@ -76,7 +76,7 @@ class _Parameter(NamedTuple):
 _read_parameters = listed(Reader(_Parameter, null=True), MAX_PARAMETERS, "a list of parameters")
 
 
-def _parameters(value: Any, max_characters: int) -> dict[str, Any]:
+def _parameters(value: object, max_characters: int) -> dict[str, object]:
     given = _read_parameters(value, max_characters)
     repeated = first_repeated(each.key for each in given)
     if repeated is not None:
@@ -111,16 +111,20 @@ class Action:
     parameters: Annotated[Mapping[str, Any], _parameters, "actionParameters"] = field(default_factory=dict)
     description: Annotated[Text, "actionDescription"] = ""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """The JSON object of an order message."""
-        found: dict[str, Any] = {"actionType": self.type, "actionId": self.id, "blockingType": self.blocking}
+        found: dict[str, object] = {
+            "actionType": self.type,
+            "actionId": self.id,
+            "blockingType": self.blocking,
+        }
         if self.description:
             found["actionDescription"] = self.description
         found["actionParameters"] = [{"key": key, "value": value} for key, value in self.parameters.items()]
         return found
 
 
-def _turn(value: Any, max_characters: int) -> float:
+def _turn(value: object, max_characters: int) -> float:
     return abs(float(_angle(value, max_characters)))
 
 
@@ -145,9 +149,9 @@ class NodePosition:
     deviation_theta: Annotated[float | None, _turn, "allowedDeviationTheta"] = None
     description: Annotated[Text, "mapDescription"] = ""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """The JSON object of an order message."""
-        found: dict[str, Any] = {"x": self.x, "y": self.y, "mapId": self.map_id}
+        found: dict[str, object] = {"x": self.x, "y": self.y, "mapId": self.map_id}
         if self.theta is not None:
             found["theta"] = self.theta
         if self.deviation_xy:
@@ -160,7 +164,7 @@ class NodePosition:
 _read_position = Reader(NodePosition, null=True)
 
 
-def _position(value: Any, max_characters: int) -> NodePosition:
+def _position(value: object, max_characters: int) -> NodePosition:
     """The schema of 2.0 spells one field differently from its text, and from 2.1."""
     if isinstance(value, dict) and "allowedDeviationXY" not in value and "allowedDeviationXy" in value:
         value = {**value, "allowedDeviationXY": value["allowedDeviationXy"]}
@@ -178,9 +182,9 @@ class Node:
     actions: Annotated[tuple[Action, ...], _actions, REQUIRED] = ()
     description: Annotated[Text, "nodeDescription"] = ""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """The JSON object of an order message."""
-        found: dict[str, Any] = {"nodeId": self.id, "sequenceId": self.sequence, "released": self.released}
+        found: dict[str, object] = {"nodeId": self.id, "sequenceId": self.sequence, "released": self.released}
         if self.description:
             found["nodeDescription"] = self.description
         if self.position is not None:
@@ -205,7 +209,7 @@ class Edge:
     options: Mapping[str, Any] = field(default_factory=dict)
     actions: Annotated[tuple[Action, ...], _actions, REQUIRED] = ()
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """The JSON object of an order message."""
         return {
             "edgeId": self.id, "sequenceId": self.sequence, "released": self.released,
@@ -228,18 +232,19 @@ class _EdgeOptions(NamedTuple):
     rotation_allowed: Annotated[Flag, "rotationAllowed"] = True
     max_rotation_speed: Annotated[Number, "maxRotationSpeed"] = 0.0
     length: Number = 0.0
-    trajectory: Annotated[Mapping[str, Any], _object] = {}
-    corridor: Annotated[Mapping[str, Any], _object] = {}
+    trajectory: Annotated[Mapping[str, object], _object] = {}
+    corridor: Annotated[Mapping[str, object], _object] = {}
 
 
 _read_edge, _read_options = Reader(Edge, null=True), Reader(_EdgeOptions, null=True)
 
 
-def read_edge(value: Any, max_characters: int = 0) -> Edge:
+def read_edge(value: object, max_characters: int = 0) -> Edge:
     """An edge with its options as they are in JSON."""
     edge = _read_edge(value, max_characters)
     _read_options(value, max_characters)
-    return replace(edge, options={name: value[name] for name, *_ in _read_options.fields if name in value})
+    given = value if isinstance(value, dict) else {}
+    return replace(edge, options={name: given[name] for name, *_ in _read_options.fields if name in given})
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from datetime import datetime, timezone
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from rosproto.json_fields import MISSING, Expected, FieldError, Reader
 from rosproto.text import printable, short
@@ -46,7 +46,7 @@ _HEADER, _ORDER = Reader(Header, null=True), Reader(Order, null=True)
 _INSTANT_ACTIONS = Reader(InstantActions, null=True)
 
 
-def _read(check: Callable[[Any], T], raw: Any, path: str = "") -> T:
+def _read(check: Callable[[object], T], raw: object, path: str = "") -> T:
     try:
         return check(raw)
     except Expected as error:
@@ -63,7 +63,7 @@ def require(fits: bool, path: str, expected: str, got: object) -> None:
         raise Invalid(path, expected, got)
 
 
-def check_header(data: Mapping[str, Any], *, version: str, manufacturer: str, serial: str) -> None:
+def check_header(data: Mapping[str, object], *, version: str, manufacturer: str, serial: str) -> None:
     """Check that a message is for this vehicle and has a supported version.
 
     Args:
@@ -90,7 +90,7 @@ def timestamp(seconds: float) -> str:
 # -- reading -------------------------------------------------------------------------------------------------
 
 
-def parse(payload: bytes | str) -> dict[str, Any]:
+def parse(payload: bytes | str) -> dict[str, object]:
     """The JSON object of a message; raises `Invalid` for anything else."""
     if len(payload) > MAX_MESSAGE_BYTES:
         raise Invalid("", f"at most {MAX_MESSAGE_BYTES} bytes", f"{len(payload)} bytes")
@@ -103,7 +103,7 @@ def parse(payload: bytes | str) -> dict[str, Any]:
     return found
 
 
-def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _each_key_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     """A JSON object; repeated keys are an error, because it is not clear which value is meant."""
     found = dict(pairs)
     if len(found) < len(pairs):
@@ -117,7 +117,7 @@ def _no_constant(text: str) -> float:
     raise ValueError(f"{text} is not a JSON number")
 
 
-def read_order(data: Mapping[str, Any]) -> Order:
+def read_order(data: Mapping[str, object]) -> Order:
     """Read an order.
 
     Raises:
@@ -129,7 +129,7 @@ def read_order(data: Mapping[str, Any]) -> Order:
     return order
 
 
-def read_instant_actions(data: Mapping[str, Any]) -> InstantActions:
+def read_instant_actions(data: Mapping[str, object]) -> InstantActions:
     """Read instant actions; the name of version 1 is accepted, too.
 
     Raises:
@@ -141,17 +141,17 @@ def read_instant_actions(data: Mapping[str, Any]) -> InstantActions:
     return _read(_INSTANT_ACTIONS, data)
 
 
-def read_node(raw: Any, path: str) -> Node:
+def read_node(raw: object, path: str) -> Node:
     """Read a node; `path` is its place in the message, for errors."""
     return _read(NODE, raw, path)
 
 
-def read_edge(raw: Any, path: str) -> Edge:
+def read_edge(raw: object, path: str) -> Edge:
     """Read an edge; `path` is its place in the message, for errors."""
     return _read(elements.read_edge, raw, path)
 
 
-def read_action(raw: Any, path: str) -> Action:
+def read_action(raw: object, path: str) -> Action:
     """Read an action; `path` is its place in the message, for errors."""
     return _read(ACTION, raw, path)
 

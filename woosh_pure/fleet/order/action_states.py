@@ -132,9 +132,9 @@ class ActionState:
         """Whether the vehicle must stand while it runs."""
         return self.blocking != "NONE"
 
-    def to_state(self) -> dict[str, Any]:
+    def to_state(self) -> dict[str, object]:
         """An entry of the state's `actionStates`."""
-        found = {
+        found: dict[str, object] = {
             "actionId": self.action.id, "actionType": self.action.type, "actionStatus": self.status.value,
         }  # fmt: skip
         if self.action.description:
@@ -143,7 +143,7 @@ class ActionState:
             found["resultDescription"] = self.result
         return found
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """A JSON object for the disk."""
         return {
             "action": self.action.to_json(), "scope": self.scope.value, "sequence": self.sequence,

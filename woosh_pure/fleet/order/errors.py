@@ -62,9 +62,9 @@ class Problem:
     level: str = Level.WARNING
     hint: str = ""
 
-    def to_json(self, *, hints: bool = True) -> dict[str, Any]:
+    def to_json(self, *, hints: bool = True) -> dict[str, object]:
         """An entry of the state's `errors`."""
-        found: dict[str, Any] = {
+        found: dict[str, object] = {
             "errorType": self.kind,
             "errorReferences": [
                 {"referenceKey": k, "referenceValue": v[:_MAX_CHARACTERS]} for k, v in self.references.items()

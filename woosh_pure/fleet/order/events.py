@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from woosh_pure.fleet.messages.elements import Action, Edge, InstantActions, Node, Order
 from woosh_pure.fleet.messages.parsing import Invalid
@@ -18,7 +18,7 @@ from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 class MalformedMessage:
     """A message is malformed (6.6.4.1); `data` is its JSON object, empty if it has none."""
 
-    data: Mapping[str, Any]
+    data: Mapping[str, object]
     error: Invalid
     topic: str = "order"
 

@@ -236,7 +236,7 @@ class OrderState(NamedTuple):
 
     # -- the disk --------------------------------------------------------------------------------------------
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """The part that must survive the process, as a JSON object."""
         return {
             "orderId": self.order_id, "orderUpdateId": self.update, "lastNodeId": self.last_node,
