@@ -25,10 +25,11 @@ from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.link import Cancellation, PreparedCall
 from rosproto.node.services.probe import probe as probe_service
 from rosproto.node.services.server import ServiceServer
-from rosproto.node.stats import LinkStats, NodeStats
+from rosproto.node.stats import ConnectedLink, LinkStats, NodeStats
 
 __all__ = [
     "Cancellation",
+    "ConnectedLink",
     "Event",
     "EventKind",
     "LinkStats",

@@ -26,7 +26,7 @@ from rosproto.node.parts import GraphSettings, NodeParts
 from rosproto.node.services import probe as service_probe
 from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
-from rosproto.node.stats import NodeStats
+from rosproto.node.stats import ConnectedLink, NodeStats
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline, wait_event
 from rosproto.transport.os_errors import system_errors
@@ -250,6 +250,7 @@ class Node:
         tcp_nodelay: bool = False,
         unreliable: bool = False,
         on_error: Callable[[Exception], object] | None = None,
+        on_links: Callable[[frozenset[ConnectedLink]], object] | None = None,
         inline: bool = False,
     ) -> Subscriber:
         """Subscribe a topic; registered at the master when this returns.
@@ -269,6 +270,10 @@ class Node:
                 be lost, but are never late. For states and sensors over Wi-Fi. As with `tcp_nodelay`, the
                 first subscriber of a topic in a node decides for all that share it.
             on_error: Called with each error of a link (lost, refused), in a thread of the library.
+            on_links: Called with the connections to publishers that are up, at once and when one was made or
+                lost. One that was made again is another one: what was published meanwhile was missed. It is
+                called before a message arrives over a new one, and while the topic is locked: take the value
+                and return.
             inline: Call `callback` in the receiving thread even if it is slow; the connection is not read
                 meanwhile (as in rospy). Callbacks for two publishers may then run at the same time.
 
@@ -279,6 +284,7 @@ class Node:
         self._check_open()
         options.callback_or_none(callback, f"the callback of {topic}")
         options.callback_or_none(on_error, f"on_error of {topic}")
+        options.callback_or_none(on_links, f"on_links of {topic}")
         return self._parts.topics.open_subscriber(
             self.resolve_name(topic),
             resolve_type(type, self.revisions),
@@ -288,6 +294,7 @@ class Node:
             tcp_nodelay=tcp_nodelay,
             unreliable=unreliable,
             on_error=on_error,
+            on_links=on_links,
             inline=inline,
         )
 

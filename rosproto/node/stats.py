@@ -4,7 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
+
+
+class ConnectedLink(NamedTuple):
+    """A connection to a publisher that is up.
+
+    Attributes:
+        node: The publisher's node.
+        address: "host:port"; its XML-RPC URI where both are in one process.
+        number: No other connection of our node has or had it.
+    """
+
+    node: str
+    address: str
+    number: int
 
 
 @dataclass(slots=True)

@@ -17,6 +17,7 @@ from rosproto import Node, Subscriber
 from rosproto.codec import decoder
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.logs import get_logger
+from rosproto.node import ConnectedLink
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.connection.arguments import require_timeout
@@ -100,11 +101,13 @@ class Feed(Newest[T]):
 
     Attributes:
         row: The row of the interface table.
+        links: The connections to publishers that are up now; one that was made again is another one.
     """
 
     def __init__(self, row: Row, node: Callable[[], Node]) -> None:
         self._kept = _HISTORY_OF_PICTURES if row.type in PICTURES else _HISTORY
         self.row = row
+        self.links: frozenset[ConnectedLink] = frozenset()
         self._node = node
         # Reentrant, like every lock that `close` takes: a Ctrl-C at its end leaves it held by the thread that
         # then closes. Reading does not take it: a stop in a signal handler must see new values while the
@@ -114,7 +117,7 @@ class Feed(Newest[T]):
         # Numbered from 1. A new tuple each time: without the GIL a deque cannot be copied while it grows.
         self._history: tuple[tuple[int, Reading[T]], ...] = ()
         self._waiting: list[threading.Lock] = []
-        self._links_then: frozenset[object] | None = None
+        self._links_then: frozenset[ConnectedLink] = frozenset()
         self._callbacks: list[Callable[[T], object]] = []
         self._calling: set[int] = set()
         self._subscriber: Subscriber | None = None
@@ -152,15 +155,24 @@ class Feed(Newest[T]):
     def _subscribe(self, node: Node) -> Subscriber:
         name, size = self.row.name, _QUEUE_ON_CHANGE if self.row.on_change else _QUEUE
         if not self.row.definition_known:
-            return node.subscriber(name, None, callback=self._receive, queue_size=size)
+            return node.subscriber(
+                name, None, callback=self._receive, on_links=self._note_links, queue_size=size
+            )
         ours = message_type(self.row.type)
         decoder(ours)
         prepare(self.row.type, ours())
         try:
-            return node.subscriber(name, ours, callback=self._receive, queue_size=size)
+            return node.subscriber(
+                name, ours, callback=self._receive, on_links=self._note_links, queue_size=size
+            )
         except LocalProtocolError:  # the program has opened it with a definition of its own
             reading = TypeAdapter(ours, node, self._receive)
-            return node.subscriber(name, None, callback=reading, queue_size=size, raw=True)
+            return node.subscriber(
+                name, None, callback=reading, on_links=self._note_links, queue_size=size, raw=True
+            )
+
+    def _note_links(self, links: frozenset[ConnectedLink]) -> None:
+        self.links = links
 
     def wait_connected(self, timeout: float = FIRST_USE) -> bool:
         """Wait until each publisher the master lists is connected or has failed, latched values included.
@@ -198,6 +210,7 @@ class Feed(Newest[T]):
         self._wake()
         if subscriber is not None:
             subscriber.close()
+        self.links = frozenset()
 
     def _receive(self, message: Any) -> None:
         received = time.monotonic()
@@ -207,11 +220,8 @@ class Feed(Newest[T]):
             logger.warning("%s: a message makes no sense and is left out: %s", self.row.name, error)
             return
         reading = Reading(value, received, stamp_of(message), message)
-        if self.row.on_change:
-            with self._open_lock:  # a latched value may come before `open` has its subscriber
-                # None for a latched value that comes while we still subscribe.
-                self._links_then = None if self._subscriber is None else self.links
         with self._receiving:
+            self._links_then = self.links
             self._history = (*self._history[1 - self._kept :], (self.count + 1, reading))
         callbacks = list(self._callbacks)
         self._wake()
@@ -295,13 +305,7 @@ class Feed(Newest[T]):
     @property
     def sources(self) -> frozenset[str]:
         """Addresses ("host:port") of the publishers connected now; a new address means a new process."""
-        return frozenset(address for _, address, _ in self.links)
-
-    @property
-    def links(self) -> frozenset[tuple[str, str, int]]:
-        """The links that are up now: (node, address, number); one that was made again has another number."""
-        subscriber = self._subscriber
-        return frozenset() if subscriber is None else subscriber.links
+        return frozenset(link.address for link in self.links)
 
     @property
     def unreachable(self) -> str:
@@ -316,8 +320,7 @@ class Feed(Newest[T]):
         """True when the last value of a topic sent only on change may be out of date: its link has broken
         since, so a change may have been missed.
         """
-        then = self._links_then
-        return bool(self._history) and then is not None and (self._subscriber is None or self.links != then)
+        return self.row.on_change and bool(self._history) and (self._closed or self.links != self._links_then)
 
     @property
     def errors(self) -> list[Exception]:

@@ -136,7 +136,7 @@ class ReadinessState:
         feed = self._feeds.get("status_code")
         told = next((one for one in reversed(feed.known_history) if one.value is code), None)
         header = {} if told is None else told.message._connection_header or {}
-        links = frozenset(link for link in feed.links if link[0] == header.get("callerid"))
+        links = frozenset(link for link in feed.links if link.node == header.get("callerid"))
         with self._fault_lock:
             self._faults.receive(code.code, links or feed.links)
         self.refusals.receive(code)

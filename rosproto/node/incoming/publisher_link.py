@@ -31,7 +31,7 @@ from rosproto.node.incoming.publisher_link_state import (
     RetryPauses,
     next_state,
 )
-from rosproto.node.stats import LinkStats
+from rosproto.node.stats import ConnectedLink, LinkStats
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.transport.os_errors import interpreter_shuts_down, translate
 
@@ -98,9 +98,9 @@ class PublisherLink:
         return self.state is LinkState.RECEIVING
 
     @property
-    def identity(self) -> tuple[str, str, int]:
-        """The connection: (node, address, number of this connection in our node)."""
-        return self.caller_id, self.address, self._session
+    def connection(self) -> ConnectedLink:
+        """The present connection."""
+        return ConnectedLink(self.caller_id, self.address, self._session)
 
     @property
     def closed(self) -> bool:

@@ -122,15 +122,6 @@ class Subscriber:
         return self._subscription.connections
 
     @property
-    def links(self) -> frozenset[tuple[str, str, int]]:
-        """The connections to publishers that are up now: (node, address, number of the connection).
-
-        A connection that was made again is another one: what was published in between was missed, or the
-        node was restarted.
-        """
-        return self._subscription.connected_links
-
-    @property
     def queue_size(self) -> int:
         """Maximum number of messages that wait for the program; may be changed."""
         return self._queue.queue_size

@@ -29,6 +29,7 @@ from typing import Any
 from rosproto.logs import get_logger
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import is_interrupt
+from rosproto.node.stats import ConnectedLink
 from rosproto.transport.deadline import wait_for
 
 _log = get_logger("rosproto.node")
@@ -353,6 +354,7 @@ class SubscriberQueue:
         queue_size: Maximum number of waiting messages.
         raw: Deliver `AnyMsg` with the encoded bytes.
         on_error: Called with each error of a link.
+        on_links: Called with the connected links when they change.
         inline: Call back in the thread that received the message, however long it takes.
         renew: Called after a change of `queue_size`, to renew the subscription's delivery.
 
@@ -375,6 +377,7 @@ class SubscriberQueue:
         queue_size: int,
         raw: bool = False,
         on_error: Callable[[Exception], object] | None = None,
+        on_links: Callable[[frozenset[ConnectedLink]], object] | None = None,
         inline: bool = False,
         renew: Callable[[], None],
     ) -> None:
@@ -387,6 +390,7 @@ class SubscriberQueue:
             kind = InlineCaller if inline else CallbackRunner
             self.runner = kind(callback, self.inbox, topic)
         self._on_error = on_error
+        self._on_links = on_links
         self._renew = renew
         self.offer = self.inbox.put
         self.offer_one = None
@@ -417,13 +421,20 @@ class SubscriberQueue:
 
     def report(self, error: Exception) -> None:
         """Call `on_error` with the error of a link."""
-        if self._on_error is not None:
+        self._tell(self._on_error, error)
+
+    def note_links(self, links: frozenset[ConnectedLink]) -> None:
+        """Call `on_links` with the connected links."""
+        self._tell(self._on_links, links)
+
+    def _tell(self, callback: Callable[[Any], object] | None, news: Any) -> None:
+        if callback is not None:
             try:
-                self._on_error(error)
+                callback(news)
             except BaseException as problem:  # as from a callback
                 if is_interrupt(problem):
                     raise
-                _log.exception("! %s: on_error raised", self.topic)
+                _log.exception("! %s: %r raised", self.topic, callback)
 
     def end(self) -> None:
         """Accept no more messages; wake all waiting threads."""

@@ -36,7 +36,7 @@ from rosproto.node.incoming.local_link import LocalLink
 from rosproto.node.incoming.publisher_link import PublisherLink
 from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 from rosproto.node.incoming.tcpros_link import TcprosLink
-from rosproto.node.stats import LinkStats
+from rosproto.node.stats import ConnectedLink, LinkStats
 from rosproto.protocol.handshake import PublisherReply
 from rosproto.sentence import both, say
 from rosproto.transport.deadline import wait_for
@@ -67,7 +67,7 @@ class Subscription:
         type: The requested type; the wildcard while the subscribers accept any.
         present_type: The decoded type; the wildcard until a publisher's header has a type.
         links: One for each publisher, by its URI in canonical form.
-        connected_links: The `identity` of those whose messages can arrive now; a new value with each change.
+        connected_links: The connections of those whose messages can arrive now.
         errors: The latest errors of links and handshakes, the newest last.
         skipped: Messages of past sessions that were not decoded, since no subscriber keeps that many.
         unfit: Messages of other revisions that were dropped, since a value did not fit.
@@ -84,7 +84,7 @@ class Subscription:
         self.tcp_nodelay = tcp_nodelay
         self.unreliable = unreliable
         self.links: dict[str, PublisherLink] = {}
-        self.connected_links: frozenset[tuple[str, str, int]] = frozenset()
+        self.connected_links: frozenset[ConnectedLink] = frozenset()
         self.errors: deque[Exception] = deque(maxlen=MAX_ERRORS)
         self.skipped = 0
         self.unfit = 0
@@ -184,6 +184,7 @@ class Subscription:
         with self._condition:
             if not queue.type.is_wildcard and self.present_type.is_wildcard:
                 self._adopt(queue.type)
+            queue.note_links(self.connected_links)
             latched = [self._as_wanted(message, queue.raw) for message in self._latched.values()]
             if latched:  # before any message that arrives from now on
                 queue.hand_over(latched, time.time())
@@ -341,7 +342,11 @@ class Subscription:
     def link_changed(self) -> None:
         """A link was made or lost."""
         with self._condition:
-            self.connected_links = frozenset(link.identity for link in self.links.values() if link.connected)
+            before, links = self.connected_links, self.links.values()
+            self.connected_links = frozenset(link.connection for link in links if link.connected)
+            if self.connected_links != before:
+                for queue in self._queues:
+                    queue.note_links(self.connected_links)
             self._condition.notify_all()
 
     def link_closed(self, link: PublisherLink) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from xmlrpc.client import ServerProxy
 
-from rosproto.node import Node
+import pytest
+
+from rosproto.node import ConnectedLink, Node
 from tests.support.victim import eventually
 
 UInt32 = "std_msgs/UInt32"
@@ -76,50 +78,70 @@ def test_nodelay_is_asked_for_with_the_next_connection(nodes: tuple[Node, Node])
     assert not b.subscriber("/nodelay", UInt32).tcp_nodelay
 
 
-def test_the_links_are_a_value_that_changes_with_each_connection(nodes: tuple[Node, Node]) -> None:
-    """One entry for each publisher; the value stays the same object while nothing changes."""
+def test_the_connected_links_are_told_at_once_and_with_each_change(nodes: tuple[Node, Node]) -> None:
+    """One for each publisher; a second subscriber of the topic is told those that are up already."""
     a, b = nodes
-    subscriber = b.subscriber("/linked", UInt32)
-    assert subscriber.links == frozenset()
+    told: list[frozenset[ConnectedLink]] = []
+    subscriber = b.subscriber("/linked", UInt32, on_links=told.append)
+    assert told == [frozenset()]
     theirs, ours = a.publisher("/linked", UInt32), b.publisher("/linked", UInt32)
     subscriber.wait_for_connection(20, count=2)
-    links = subscriber.links
-    assert subscriber.links is links
-    assert sorted(name for name, _, _ in links) == sorted([a.name, b.name])
-    assert {address for _, address, _ in links} == {link.address for link in subscriber.stats()}
+    links = told[-1]
+    assert sorted(link.node for link in links) == sorted([a.name, b.name])
+    assert {link.address for link in links} == {link.address for link in subscriber.stats()}
+    late: list[frozenset[ConnectedLink]] = []
+    b.subscriber("/linked", UInt32, on_links=late.append)
+    assert late == [links]
     ours.close()
-    eventually(lambda: len(subscriber.links) == 1, 5.0)
-    assert subscriber.links < links
+    eventually(lambda: len(told[-1]) == 1, 5.0)
+    assert told[-1] < links
     theirs.close()
-    eventually(lambda: subscriber.links == frozenset(), 5.0)
-    subscriber.close()
-    assert subscriber.links == frozenset()
+    eventually(lambda: not told[-1], 5.0)
 
 
 def test_a_link_that_was_made_again_is_another_one(nodes: tuple[Node, Node]) -> None:
     """Also when the master's list lacked its publisher for a moment: what was published then was missed."""
     a, b = nodes
     a.publisher("/again", UInt32)
-    subscriber = b.subscriber("/again", UInt32)
+    told: list[frozenset[ConnectedLink]] = []
+    subscriber = b.subscriber("/again", UInt32, on_links=told.append)
     subscriber.wait_for_connection(20)
-    before = subscriber.links
+    (before,) = told[-1]
     slave = ServerProxy(b.uri)
     for uris in ([], [a.uri]):
         slave.publisherUpdate("/master", "/again", uris)
-    eventually(lambda: len(subscriber.links) == 1 and subscriber.links.isdisjoint(before), 5.0)
-    assert {link[:2] for link in subscriber.links} == {link[:2] for link in before}
+    eventually(lambda: len(told[-1]) == 1 and before not in told[-1], 5.0)
+    (now,) = told[-1]
+    assert (now.node, now.address) == (before.node, before.address)
 
 
-def test_a_lost_link_is_gone_before_its_error_is_reported(nodes: tuple[Node, Node]) -> None:
+def test_a_lost_link_is_told_before_its_error(nodes: tuple[Node, Node]) -> None:
     """Whoever hears of the error and asks does not take old values for present ones."""
     a, b = nodes
     a.publisher("/gone", UInt32)
-    told: list[tuple[int, int]] = []
+    told: list[frozenset[ConnectedLink]] = []
+    at_error: list[int] = []
     subscriber = b.subscriber(
-        "/gone", UInt32, on_error=lambda _: told.append((len(subscriber.links), subscriber.connections))
+        "/gone", UInt32, on_links=told.append, on_error=lambda _: at_error.append(len(told[-1]))
     )
     subscriber.wait_for_connection(20)
     a.close()
-    eventually(lambda: bool(told) or not subscriber.links, 5.0)
-    assert set(told) <= {(0, 0)}
-    assert subscriber.links == frozenset()
+    eventually(lambda: not told[-1], 5.0)
+    assert set(at_error) <= {0}
+
+
+def test_a_link_is_told_before_its_first_message_and_a_failure_of_the_callback_is_logged(
+    nodes: tuple[Node, Node], caplog: pytest.LogCaptureFixture
+) -> None:
+    a, b = nodes
+    order: list[object] = []
+
+    def note(links: frozenset[ConnectedLink]) -> None:
+        order.append(len(links))
+        raise ValueError("a fault of the program")
+
+    a.publisher("/first", UInt32, latch=True).publish(data=7)
+    b.subscriber("/first", UInt32, on_links=note, callback=lambda message: order.append("message"))
+    eventually(lambda: "message" in order, 5.0)
+    assert order == [0, 1, "message"]
+    assert "a fault of the program" in caplog.text

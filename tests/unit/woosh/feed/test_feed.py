@@ -11,6 +11,7 @@ import pytest
 
 from msgdefs.sensor_msgs.msg import Image
 from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.node import ConnectedLink
 from woosh_pure import interface
 from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.aio.feed import Feed as AwaitedFeed
@@ -27,18 +28,26 @@ class StandIn:
         self.latching = latching
         self.callback = None
         self.options = {}
+        self.on_links = None
+        self.changes = 0
         self.errors = []
         self.asked = 0
         self.closed = False
         self.close_reason = ""
 
     @property
-    def links(self):
-        return frozenset(("/node", str(n), id(link)) for n, link in enumerate(self.states) if link.connected)
-
-    @property
     def connections(self):
-        return len(self.links)
+        return sum(link.connected for link in self.states)
+
+    def connect(self, number, up):
+        """Make or lose a link, and tell."""
+        self.states[number] = SimpleNamespace(connected=up, last_error="")
+        self.changes += 1
+        self.tell()
+
+    def tell(self):
+        up = [n for n, link in enumerate(self.states) if link.connected]
+        self.on_links(frozenset(ConnectedLink("/node", str(n), self.changes) for n in up))
 
     def stats(self):
         self.asked += 1
@@ -47,8 +56,9 @@ class StandIn:
                 link.connected = link.connected or not link.last_error
         return self.states
 
-    def subscriber(self, topic, type_, *, callback, **options):
-        self.callback, self.options = callback, options
+    def subscriber(self, topic, type_, *, callback, on_links, **options):
+        self.callback, self.on_links, self.options = callback, on_links, options
+        self.tell()
         return self
 
     def close(self):
@@ -105,9 +115,9 @@ def test_a_value_sent_on_change_only_is_outdated_while_its_links_are_not_those_i
     status = message_type("woosh_msgs/RobotStatus")()
     node.callback(status)
     assert not feed.outdated
-    node.states[1].connected = False
+    node.connect(1, False)
     assert (feed.outdated, feed.publishers) == (True, 1)
-    node.states[1] = SimpleNamespace(connected=True, last_error="")  # connected again
+    node.connect(1, True)
     assert (feed.outdated, feed.sources) == (True, {"0", "1"})
     node.callback(status)
     assert not feed.outdated
@@ -119,7 +129,7 @@ def test_a_value_that_is_sent_all_the_time_is_never_outdated_by_its_links():
     feed, node = feed_of(links=[(True, "")])
     feed.open()
     node.callback(number(1.0))
-    node.states[0].connected = False
+    node.connect(0, False)
     assert not feed.outdated
 
 
