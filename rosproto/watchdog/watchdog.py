@@ -43,7 +43,7 @@ START_SECONDS = 10.0  # more for the first motion: the process is still starting
 END_SECONDS = 3.0  # for the process to end by itself
 MAX_RESTARTS = 3
 RESTART_WINDOW_SECONDS = 30.0  # seconds, for `MAX_RESTARTS`
-SILENT_SECONDS = 3.0  # without a report of the process, which comes every second while something moves
+MAX_LOOKS_WITHOUT_REPORT = 3  # one a second, as the reports of the process while something moves
 _WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
 
 
@@ -72,7 +72,7 @@ class Watch:
         self.armed = line.armed
         self._data: tuple[bytes, ...] = ()
         self._problem: str | None = None
-        self._told_at = self._armed_at = time.monotonic()
+        self._looks = 0  # without a report
 
     @property
     def ready(self) -> bool:
@@ -86,7 +86,7 @@ class Watch:
 
     def arm(self, *data: bytes) -> None:
         """The motion begins. `data` replaces the contents of the messages."""
-        self._data, self._armed_at, self.armed = data, time.monotonic(), True
+        self._data, self._looks, self.armed = data, 0, True
         self._owner.send(Arm(self._line.key, data))
 
     def disarm(self) -> None:
@@ -120,15 +120,18 @@ class Watch:
     def answered(self, problem: str) -> str | None:
         """The process has reported, or never will. Return the problem before, None if there was no report."""
         before, self._problem = self._problem, problem
-        self._told_at = time.monotonic()
+        self._looks = 0
         self._told.set()
         return before
 
-    @property
-    def silent(self) -> bool:
-        """Whether it was ready, and has not been reported since for too long."""
-        told = max(self._told_at, self._armed_at)
-        return self.armed and self.ready and time.monotonic() - told > SILENT_SECONDS
+    def look(self) -> bool:
+        """Whether it was ready, and has not been reported since for too long. Call it once a second.
+
+        Looks are counted, not seconds: after a pause of this program, what the process has reported
+        meanwhile is still unread.
+        """
+        self._looks += 1
+        return self.armed and self.ready and self._looks > MAX_LOOKS_WITHOUT_REPORT
 
 
 class Watchdog:
@@ -284,8 +287,8 @@ class Watchdog:
         """
         while not self._ended.wait(1.0):
             for watch in list(self._watches.values()):
-                if watch.silent:
-                    self._report(watch, f"it has not reported for {SILENT_SECONDS:g} s")
+                if watch.look():
+                    self._report(watch, f"it has not reported for {MAX_LOOKS_WITHOUT_REPORT} s")
 
     def _report(self, watch: Watch, problem: str) -> None:
         """Take a report, and log it when it is another one than before."""

@@ -22,7 +22,8 @@ from rosproto.node import Node, NodeClient
 from rosproto.protocol.connection_header import encode_header
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.watchdog import LastMessage, Watchdog, WatchedNode
-from rosproto.watchdog.protocol import ROUNDS, SILENCE_SECONDS, watchdog_name
+from rosproto.watchdog.protocol import ROUNDS, SILENCE_SECONDS, Prepare, watchdog_name
+from rosproto.watchdog.watchdog import MAX_LOOKS_WITHOUT_REPORT, Watch
 from tests.support import attacks
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -311,3 +312,17 @@ def test_no_thread_stays_behind() -> None:
     with Watchdog():
         assert any("watchdog" in thread.name for thread in threading.enumerate())
     assert not {t.name for t in threading.enumerate() if "rosproto:watchdog" in t.name} - before
+
+
+def test_a_pause_of_the_program_is_not_a_silence_of_its_watchdog(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the watchdog reported meanwhile is unread; only a watchdog that goes on without a report is silent."""
+    watch = Watch(Watchdog(), Prepare(1, WatchedNode("http://127.0.0.1:1", "/program"), armed=True))
+    watch.answered("")
+    hours = time.monotonic() + 7200.0
+    monkeypatch.setattr(time, "monotonic", lambda: hours)
+    assert [watch.look() for _ in range(MAX_LOOKS_WITHOUT_REPORT)] == [False] * MAX_LOOKS_WITHOUT_REPORT
+    watch.answered("")
+    looks = [watch.look() for _ in range(MAX_LOOKS_WITHOUT_REPORT + 1)]
+    assert looks == [False] * MAX_LOOKS_WITHOUT_REPORT + [True]
+    watch.disarm()
+    assert not watch.look()
