@@ -6,9 +6,9 @@ import functools
 import sys
 import warnings
 from collections.abc import Callable, Mapping
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
-__all__ = ["former_names", "former_parameters"]
+__all__ = ["former_attribute", "former_names", "former_parameters"]
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -49,3 +49,17 @@ def former_parameters(**now: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
         return call
 
     return decorate
+
+
+def former_attribute(old: str, now: str) -> Any:
+    """Make the property that stands for an attribute or method under its old name."""
+
+    def get(this: Any) -> Any:
+        warnings.warn(f"{type(this).__name__}.{old} is now {now}", DeprecationWarning, stacklevel=2)
+        return getattr(this, now)
+
+    def put(this: Any, value: Any) -> None:
+        warnings.warn(f"{type(this).__name__}.{old} is now {now}", DeprecationWarning, stacklevel=2)
+        setattr(this, now, value)
+
+    return property(get, put, doc=f"Deprecated: `{now}`.")

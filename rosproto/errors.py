@@ -193,7 +193,7 @@ class MasterError(RosError):
 
 
 class RegistrationsRefused(MasterError):
-    """The master refused some registrations of a batch (`Node.registering`); the others remain.
+    """The master refused some registrations of a batch (`Node.batch`); the others remain.
 
     Attributes:
         refused: ("publisher", "/topic") -> the error of that registration.

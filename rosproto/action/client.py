@@ -71,7 +71,7 @@ class ActionClient:
     ) -> None:
         self._node = node
         self._clock = clock
-        self.type = classes_of(action_type, getattr(node, "revisions", None))
+        self.type = classes_of(action_type, getattr(node, "definitions", None))
         self.name = node.resolve_name(name)
         self._goals = GoalTracker(
             self.name,

@@ -170,7 +170,7 @@ class ActionServer:
         self._concurrent = concurrent
         self._max_goals = max_goals
         self._clock = clock
-        self.type = classes_of(action_type, getattr(node, "revisions", None))
+        self.type = classes_of(action_type, getattr(node, "definitions", None))
         self.name = node.resolve_name(name)
         self._lock = threading.RLock()
         self._goals = GoalList()

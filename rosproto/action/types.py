@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rosproto.codec import DynamicMessage, Message, message_class
+from rosproto.deprecation import former_parameters
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 
@@ -35,17 +36,18 @@ class ActionType:
     status_array: type[DynamicMessage]
 
 
-def action_type(action: type[Message] | str, revisions: KnownDefinitions | None = None) -> ActionType:
+@former_parameters(revisions="definitions")
+def action_type(action: type[Message] | str, definitions: KnownDefinitions | None = None) -> ActionType:
     """The message classes of an action type.
 
     Args:
         action: A `FooAction` class, "package/FooAction", or "package/Foo" as the .action file is named.
-        revisions: Finds a type by name: a node's own folders come before the bundled types.
+        definitions: Finds a type by name: a node's own folders come before the bundled types.
 
     Raises:
         DefinitionError: The type is unknown, or not an action.
     """
-    cls = _class_of(action, revisions) if isinstance(action, str) else action
+    cls = _class_of(action, definitions) if isinstance(action, str) else action
     try:
         goal, result, feedback = (_part(cls, f"action_{name}") for name in ("goal", "result", "feedback"))
         return ActionType(
@@ -102,6 +104,6 @@ def _part(owner: type[Message], name: str) -> type[DynamicMessage]:
     return type(getattr(owner(), name))
 
 
-def _class_of(name: str, revisions: KnownDefinitions | None) -> type[Message]:
+def _class_of(name: str, definitions: KnownDefinitions | None) -> type[Message]:
     name = name if name.endswith("Action") else name + "Action"
-    return message_class(name, revisions.library_for(name) if revisions is not None else None)
+    return message_class(name, definitions.library_for(name) if definitions is not None else None)

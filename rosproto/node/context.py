@@ -34,7 +34,7 @@ class Context:
     Attributes:
         name: Global name of the node.
         limits: Bounds for requests of peers.
-        revisions: Known definitions, to convert between revisions of a type.
+        definitions: Known definitions, to convert between revisions of a type.
         hosts: Addresses of host names that this computer may not know.
         lifecycle: Open, closing or closed.
         master: Client of the master, with the node's name as caller id.
@@ -58,14 +58,14 @@ class Context:
         master_uri: str,
         host: str | None,
         limits: Limits,
-        revisions: KnownDefinitions,
+        definitions: KnownDefinitions,
         hosts: Mapping[str, str],
         intraprocess: bool | LocalNodes,
         on_event: Callable[[Event], object] | None,
     ) -> None:
         self.name = name
         self.limits = limits
-        self.revisions = revisions
+        self.definitions = definitions
         nodes = EVERYBODY if intraprocess else None
         self.local_nodes = intraprocess if isinstance(intraprocess, LocalNodes) else nodes
         self.peer_log = PeerLog("rosproto.node")

@@ -67,7 +67,7 @@ class MasterMonitor:
         self._moved = moved
         self._wake = threading.Condition()
         self._to_verify: dict[str, Subscription] = {}
-        self._hurry = False
+        self._check_due = False
         self._backoff = Backoff(first=0.1, factor=1.5, maximum=0.5, jitter=0.1)
         self._identity: object = None
         self._looks = 0
@@ -85,18 +85,18 @@ class MasterMonitor:
         if self._thread.ident is not None and threading.current_thread() is not self._thread:
             self._thread.join(timeout)
 
-    def verify(self, subscription: Subscription) -> None:
+    def check_publishers(self, subscription: Subscription) -> None:
         """Ask the master soon for the publishers of a topic; several requests become one."""
         with self._wake:
             if len(self._to_verify) < MAX_TO_VERIFY:
                 self._to_verify[subscription.name] = subscription
-                self._hurry = True
+                self._check_due = True
                 self._wake.notify_all()
 
-    def hurry(self) -> None:
+    def check_now(self) -> None:
         """Start the next round now: something is known to have changed."""
         with self._wake:
-            self._hurry = True
+            self._check_due = True
             self._wake.notify_all()
 
     def _run(self) -> None:
@@ -104,8 +104,8 @@ class MasterMonitor:
         while not self._context.lifecycle.closed:
             with self._wake:
                 # Not "until there is a topic to verify": there is one as long as the master is away.
-                self._wake.wait_for(lambda: self._context.lifecycle.closed or self._hurry, pause)
-                self._hurry = False
+                self._wake.wait_for(lambda: self._context.lifecycle.closed or self._check_due, pause)
+                self._check_due = False
             if self._context.lifecycle.closed:
                 return
             try:
@@ -173,9 +173,9 @@ class MasterMonitor:
         ]
         master = self._context.master
         try:
-            answers = master.several(calls, timeout=PATIENCE)
+            answers = master.batch(calls, timeout=PATIENCE)
         except RosTimeout:
-            answers = master.several(calls, timeout=CALL_TIMEOUT - PATIENCE)
+            answers = master.batch(calls, timeout=CALL_TIMEOUT - PATIENCE)
         values = [None if isinstance(answer, MasterError) else answer for answer in answers]
         return values[0], values[1], values[2]
 
@@ -206,7 +206,7 @@ class MasterMonitor:
             subscription = self._topics.subscription(registration.name)
             publishers = state.publishers.get(registration.name, ())
             if subscription is not None and not subscription.knows(publishers):
-                self.verify(subscription)
+                self.check_publishers(subscription)
 
     @staticmethod
     def forget_unsubscribed(links: Sequence[DatagramLink], state: SystemState) -> None:

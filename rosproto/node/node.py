@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto import names
 from rosproto.codec import AnyMsg
+from rosproto.deprecation import former_attribute
 from rosproto.errors import LocalProtocolError
 from rosproto.node import options, shutdown
 from rosproto.node.context import Context
@@ -117,7 +118,7 @@ class Node:
             master_uri=master_uri,
             host=host,
             limits=limits or Limits(),
-            revisions=KnownDefinitions(options.message_path(msg_path, use_environment=use_environment)),
+            definitions=KnownDefinitions(options.message_path(msg_path, use_environment=use_environment)),
             hosts=given,
             intraprocess=intraprocess,
             on_event=on_event,
@@ -157,7 +158,7 @@ class Node:
         if rosout:
             from rosproto.node.rosout import LoggerServices, Rosout
 
-            with parts.context.registrations.together():
+            with parts.context.registrations.batch():
                 self._rosout = Rosout(
                     self.name,
                     parts.naming.logger,
@@ -171,8 +172,8 @@ class Node:
 
     # -- topics ---------------------------------------------------------------------------------------------
 
-    def registering(self) -> AbstractContextManager[None]:
-        """Open many topics and services with one request to the master: `with node.registering(): ...`.
+    def batch(self) -> AbstractContextManager[None]:
+        """Open many topics and services with one request to the master: `with node.batch(): ...`.
 
         Publishers, subscribers, service servers, action clients and servers that this thread opens within the
         block exist at once and are registered when the block ends; other nodes cannot find them earlier. A
@@ -184,7 +185,7 @@ class Node:
             ConnectionLost, RosTimeout: The master does not answer; all of them are closed.
         """
         self._check_open()
-        return self._parts.context.registrations.together()
+        return self._parts.context.registrations.batch()
 
     def publisher(
         self,
@@ -223,7 +224,7 @@ class Node:
         options.callback_or_none(on_connect, f"on_connect of {topic}")
         options.callback_or_none(on_disconnect, f"on_disconnect of {topic}")
         options.callback_or_none(header, f"header of {topic}")
-        type_ = resolve_type(type, self.revisions)
+        type_ = resolve_type(type, self.definitions)
         if type is None or type == ANY:
             raise LocalProtocolError(
                 f"{topic}: a publisher needs a definite type; give the class or name of what it publishes"
@@ -287,7 +288,7 @@ class Node:
         options.callback_or_none(on_links, f"on_links of {topic}")
         return self._parts.topics.open_subscriber(
             self.resolve_name(topic),
-            resolve_type(type, self.revisions),
+            resolve_type(type, self.definitions),
             callback=callback,
             queue_size=options.queue_length(queue_size),
             raw=raw or type is AnyMsg,
@@ -309,7 +310,7 @@ class Node:
         deadline = Deadline(timeout)
         self._check_open()
         with self._parts.topics.open_subscriber(
-            self.resolve_name(topic), resolve_type(type, self.revisions), queue_size=1, deadline=deadline
+            self.resolve_name(topic), resolve_type(type, self.definitions), queue_size=1, deadline=deadline
         ) as subscriber:
             left = deadline.remaining()
             return subscriber.next(left if left is None else round(left, 2))
@@ -392,13 +393,13 @@ class Node:
         return self._parts.naming.logger
 
     @property
-    def revisions(self) -> KnownDefinitions:
+    def definitions(self) -> KnownDefinitions:
         """The definitions that the node knows; `OwnDefinitionsOnly` may be set before anything is opened."""
-        return self._parts.context.revisions
+        return self._parts.context.definitions
 
-    @revisions.setter
-    def revisions(self, revisions: KnownDefinitions) -> None:
-        self._parts.context.revisions = revisions
+    @definitions.setter
+    def definitions(self, definitions: KnownDefinitions) -> None:
+        self._parts.context.definitions = definitions
 
     def resolve_name(self, name: str) -> str:
         """Resolve a name to a global one, with remappings.
@@ -461,9 +462,13 @@ class Node:
         monitor = self._parts.master_monitor
         monitor.period, monitor.full_check_every = period, full_check_every
 
-    def look_at_master(self) -> None:
+    def check_master_now(self) -> None:
         """Check at once whether this node is still registered at the master."""
-        self._parts.master_monitor.hurry()
+        self._parts.master_monitor.check_now()
+
+    registering = former_attribute("registering", "batch")
+    revisions = former_attribute("revisions", "definitions")
+    look_at_master = former_attribute("look_at_master", "check_master_now")
 
     def __repr__(self) -> str:
         state = "closed" if self.closed else self.uri

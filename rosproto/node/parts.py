@@ -54,7 +54,7 @@ def ask_settings(master: MasterClient, timeout: float | None) -> GraphSettings:
         ConnectionLost, RosTimeout: There is no answer.
         RosError: The answer is not a master's.
     """
-    pid, sim_time, no_topics = master.several(
+    pid, sim_time, no_topics = master.batch(
         [
             ("getPid", ()),
             ("getParam", ("/use_sim_time",)),
@@ -125,7 +125,7 @@ class NodeParts:
             on_topic=self.topics.accept,
         )
         self.master_monitor = MasterMonitor(context, self.topics, self._moved)
-        context.check_publishers = self.master_monitor.verify
+        context.check_publishers = self.master_monitor.check_publishers
         context.lifecycle.fork_callbacks.append(self._abandon)
 
     def join(self, timeout: float) -> GraphSettings:

@@ -74,5 +74,5 @@ class Caller:
         self.limits = Limits()
         self.hosts = HostNames(host_names(), master=parse_uri(master_uri)[0])
         self.master = MasterClient(master_uri, name, timeout=60.0, hosts=self.hosts)
-        self.revisions = KnownDefinitions()
+        self.definitions = KnownDefinitions()
         self.said = PeerLog("rosproto.rospy")

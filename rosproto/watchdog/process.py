@@ -64,7 +64,7 @@ class _LastCall:
     """
 
     def __init__(self, node: Node, call: LastCall) -> None:
-        kind: Any = service_class(call.type, node.revisions.library_for(call.type, "srv"))
+        kind: Any = service_class(call.type, node.definitions.library_for(call.type, "srv"))
         self._service = call.service
         self._client = node.service_client(call.service, kind)
         self._request = decode(kind._request_class, call.data)

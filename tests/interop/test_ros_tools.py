@@ -66,7 +66,7 @@ def test_rosnode(node, tool):
 
 def test_what_was_registered_in_one_request_is_all_there(node, tool):
     """On both masters: topics, services, and the links that follow from them."""
-    with node.registering():
+    with node.batch():
         publishers = [node.publisher(f"/many/{number}", String) for number in range(12)]
         node.subscriber("/orders", String, callback=print)
         node.service_server("~trigger", "std_srvs/Trigger", lambda request: (True, ""))
@@ -76,7 +76,7 @@ def test_what_was_registered_in_one_request_is_all_there(node, tool):
     assert "* /orders [" in info
     assert "* /our_node/trigger" in info
     with Node("/hears", master_uri=node.master_uri, intraprocess=False) as hears:
-        with hears.registering():
+        with hears.batch():
             heard = [hears.subscriber(f"/many/{number}", String) for number in range(12)]
         for publisher in publishers:
             publisher.wait_for_connection(60)

@@ -121,7 +121,7 @@ def test_what_is_new_is_kept_once_and_used(tmp_path: Path, monkeypatch: pytest.M
         assert (of(again, "/battery")["verdict"], again["written"]) == ("folder", [])
         for learned in (True, False):
             with Chassis(master.uri, learned=learned) as chassis:
-                found = chassis.node.revisions.message(
+                found = chassis.node.definitions.message(
                     message_class("woosh_msgs/Battery"), future_battery._md5sum
                 )
                 assert (found is not None) is learned

@@ -45,7 +45,7 @@ class MemoryMaster:
             raise MasterError("lookupService", -1, "no provider", uri=self.uri)
         return self.services[name]
 
-    def several(self, calls: Any, *, timeout: float | None = None) -> list[object]:
+    def batch(self, calls: Any, *, timeout: float | None = None) -> list[object]:
         return [self.call(method, *parameters) for method, parameters in calls]
 
     def call(self, method: str, first: str, second: str, *more: str) -> object:
@@ -122,7 +122,7 @@ class SmallNode:
         self.master = master or MemoryMaster()
         self.limits = limits or Limits()
         self.hosts = HostNames()
-        self.revisions = KnownDefinitions()
+        self.definitions = KnownDefinitions()
         self.peer_log = PeerLog("rosproto.node")
         self.lifecycle = Lifecycle()
         self.registrations = Registrations(self.master)  # type: ignore[arg-type]

@@ -7,8 +7,9 @@ import importlib
 import pytest
 
 from rosproto.aio import Pool
-from rosproto.deprecation import former_names, former_parameters
+from rosproto.deprecation import former_attribute, former_names, former_parameters
 from rosproto.gateway import Outbox
+from rosproto.node import MasterClient, Node
 from rosproto.recording import Recorder
 from rosproto.tf import History
 
@@ -45,6 +46,28 @@ def test_an_old_parameter_is_the_new_one_with_a_warning() -> None:
     assert told[0].filename == __file__
     with pytest.warns(DeprecationWarning, match="limit="), pytest.raises(TypeError, match="the same"):
         function(1, limit=2, most=3)
+
+
+def test_an_old_attribute_is_the_new_one_with_a_warning() -> None:
+    class Thing:
+        limit = 1
+        most = former_attribute("most", "limit")
+
+    thing = Thing()
+    with pytest.warns(DeprecationWarning, match="^Thing.most is now limit$") as told:
+        assert thing.most == 1
+    assert told[0].filename == __file__
+    with pytest.warns(DeprecationWarning, match="^Thing.most is now limit$"):
+        thing.most = 2
+    assert thing.limit == 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "old"),
+    [(Node, "registering"), (Node, "revisions"), (Node, "look_at_master"), (MasterClient, "several")],
+)
+def test_the_attributes_of_the_last_release_are_deprecated(kind: type, old: str) -> None:
+    assert getattr(kind, old).__doc__.startswith("Deprecated: ")
 
 
 def test_the_parameters_of_the_last_release_are_taken() -> None:

@@ -61,7 +61,7 @@ class TypeAdapter:
         )
         try:
             definition = header.get("message_definition", "")
-            return revised_type(self._node.revisions, ours, self._md5sum, definition, mismatch).decode
+            return revised_type(self._node.definitions, ours, self._md5sum, definition, mismatch).decode
         except RosError as error:
             self._tell(error)
             return None

@@ -455,7 +455,7 @@ class SimulatedChassis(Simulation):
             raise RuntimeError("this chassis uses a master that is not its own")
         self._master.close()
         self._master = rosproto.Master(host=self._host, port=self._port)
-        self.graph.look_at_master()
+        self.graph.check_master_now()
 
     @property
     def pose(self) -> Pose2D:

@@ -95,12 +95,12 @@ class Graph:
                 timeout=_MASTER_TIMEOUT[self._own_master],
             )
             if self._own_master:
-                # A restart is announced by `look_at_master`. Checks every second by forty nodes were most of
-                # the processor time of an idle robot.
+                # A restart is announced by `check_master_now`. Checks every second by forty nodes took most
+                # of the processor time of an idle robot.
                 node.watch_master(period=_PERIOD, full_check_every=_SELDOM)
-            node.revisions = OwnDefinitionsOnly()
+            node.definitions = OwnDefinitionsOnly()
             if self._building is not None:
-                self._building.enter_context(node.registering())
+                self._building.enter_context(node.batch())
             self.nodes[name] = node
         return self.nodes[name]
 
@@ -223,10 +223,10 @@ class Graph:
         row = interface.row(topic)
         return self.publishers.get((row.providers[0], topic))
 
-    def look_at_master(self) -> None:
+    def check_master_now(self) -> None:
         """Make every node register again, after the master was replaced."""
         for node in self.nodes.values():
-            node.look_at_master()
+            node.check_master_now()
 
     def close(self) -> None:
         """Close all nodes."""

@@ -129,7 +129,7 @@ class AdvertisedChannels:
         if schema is not None and schema.type_name == type_name:
             return schema
         try:
-            known = message_class(type_name, self._node.revisions.library_for(type_name))
+            known = message_class(type_name, self._node.definitions.library_for(type_name))
             return TopicSchema(type_name, known._md5sum, known._full_text)
         except (DefinitionError, ValueError):
             return self._ask(topic, type_name, publishers)

@@ -165,7 +165,7 @@ class ClientPublisher:
         text = channel.schema if channel.schema_encoding in ("", SCHEMA_ENCODING) else ""
         known: type[Message] | None = None
         try:
-            known = message_class(name, self._state.node.revisions.library_for(name))
+            known = message_class(name, self._state.node.definitions.library_for(name))
         except (DefinitionError, ValueError):
             pass
         if not text.strip():

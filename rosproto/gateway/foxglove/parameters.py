@@ -53,7 +53,7 @@ class ViewerParameters:
         """
         asked = list(names)[:MAX_PARAMETERS]
         wanted = self._keys(asked) if asked else ["/"]
-        answers = self._node.master.several([("getParam", (key,)) for key in wanted], timeout=ASK_SECONDS)
+        answers = self._node.master.batch([("getParam", (key,)) for key in wanted], timeout=ASK_SECONDS)
         if not asked and isinstance(answers[0], MasterError):
             raise answers[0]
         pairs = (

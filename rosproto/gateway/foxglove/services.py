@@ -81,9 +81,9 @@ class ServiceTypes:
         try:
             header = service_probe.probe(self._node, service, Deadline(PROBE_SECONDS))
             name = header.get("type", "")
-            kind = service_class(name, self._node.revisions.library_for(name, "srv"))
+            kind = service_class(name, self._node.definitions.library_for(name, "srv"))
             if header.get("md5sum", kind._md5sum) not in (kind._md5sum, "*"):
-                kind = self._node.revisions.service(kind, header["md5sum"]) or kind
+                kind = self._node.definitions.service(kind, header["md5sum"]) or kind
         except (RosError, OSError, ValueError) as problem:
             _log.info("! foxglove: %s is not offered: %s", service, problem)
             kind = None

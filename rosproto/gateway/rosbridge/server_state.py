@@ -114,9 +114,9 @@ class ServerState(GatewayState):
             DefinitionError: The type is unknown.
         """
         name = definition_name(name)
-        return message_class(name, self.node.revisions.library_for(name))
+        return message_class(name, self.node.definitions.library_for(name))
 
     def service_class(self, name: str) -> Any:
         """As `message_class`, for a service."""
         name = definition_name(name)
-        return service_class(name, self.node.revisions.library_for(name, "srv"))
+        return service_class(name, self.node.definitions.library_for(name, "srv"))

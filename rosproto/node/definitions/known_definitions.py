@@ -212,7 +212,7 @@ class _SearchResult(NamedTuple):
 class OwnDefinitionsOnly(KnownDefinitions):
     """For a node that takes its own definitions only and refuses all others, as rospy and roscpp do.
 
-    `node.revisions = OwnDefinitionsOnly()` before anything is published, subscribed or provided.
+    `node.definitions = OwnDefinitionsOnly()` before anything is published, subscribed or provided.
     """
 
     def message(self, ours: type[Message], md5sum: str, definition: str = "") -> type[Message] | None:

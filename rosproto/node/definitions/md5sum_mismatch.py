@@ -123,14 +123,14 @@ def explained(mismatch: Md5sumMismatch, ours: Any, definition: str = "", why: st
 
 
 def revised_type(
-    revisions: KnownDefinitions, ours: TopicType, md5sum: str, definition: str, mismatch: Md5sumMismatch
+    definitions: KnownDefinitions, ours: TopicType, md5sum: str, definition: str, mismatch: Md5sumMismatch
 ) -> RevisedType:
     """The peer's revision of a topic type.
 
     Raises:
         Md5sumMismatch: It is unknown, or values cannot be converted; shows both definitions if known.
     """
-    theirs = revisions.message(ours.message_class, md5sum, definition)
+    theirs = definitions.message(ours.message_class, md5sum, definition)
     if theirs is None:
         raise explained(mismatch, ours.message_class, definition) from None
     try:
@@ -140,14 +140,14 @@ def revised_type(
 
 
 def revised_service(
-    revisions: KnownDefinitions, ours: Any, md5sum: str, mismatch: Md5sumMismatch
+    definitions: KnownDefinitions, ours: Any, md5sum: str, mismatch: Md5sumMismatch
 ) -> ServiceRevision:
     """The peer's revision of a service.
 
     Raises:
         Md5sumMismatch: The other side's definition is not known, or its values cannot be converted.
     """
-    theirs = revisions.service(ours, md5sum)
+    theirs = definitions.service(ours, md5sum)
     if theirs is None:
         raise explained(mismatch, ours) from None
     try:

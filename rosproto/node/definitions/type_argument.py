@@ -23,7 +23,7 @@ ServiceTypeGiven = type | str | None
 """A service class, "package/Type", or None: ask the provider for its type."""
 
 
-def resolve_type(given: Any, revisions: KnownDefinitions | None = None) -> TopicType:
+def resolve_type(given: Any, definitions: KnownDefinitions | None = None) -> TopicType:
     """Resolve a `type` argument; a name is looked up by `KnownDefinitions.library_for`.
 
     Raises:
@@ -33,7 +33,7 @@ def resolve_type(given: Any, revisions: KnownDefinitions | None = None) -> Topic
     if given is None or given == ANY:
         return WILDCARD
     if isinstance(given, str):
-        return TopicType(message_class(given, revisions.library_for(given) if revisions else None))
+        return TopicType(message_class(given, definitions.library_for(given) if definitions else None))
     if isinstance(given, type) and hasattr(given, "_md5sum") and hasattr(given, "_type"):
         return TopicType(given)
     raise TypeError(
@@ -42,7 +42,7 @@ def resolve_type(given: Any, revisions: KnownDefinitions | None = None) -> Topic
     )
 
 
-def resolve_service_type(type_: Any, service: str, revisions: KnownDefinitions | None = None) -> Any:
+def resolve_service_type(type_: Any, service: str, definitions: KnownDefinitions | None = None) -> Any:
     """The service class; a name is looked up as by `resolve_type`.
 
     Raises:
@@ -50,7 +50,7 @@ def resolve_service_type(type_: Any, service: str, revisions: KnownDefinitions |
         LocalProtocolError: It is not a service type.
     """
     if isinstance(type_, str):
-        return service_class(type_, revisions.library_for(type_, "srv") if revisions else None)
+        return service_class(type_, definitions.library_for(type_, "srv") if definitions else None)
     if hasattr(type_, "_request_class") and hasattr(type_, "_md5sum"):
         return type_
     raise LocalProtocolError(

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
+from rosproto.deprecation import former_attribute
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout
 from rosproto.node.graph import api_client
 from rosproto.node.graph.api_client import ApiClient
@@ -182,7 +183,7 @@ class MasterClient(ApiClient):
             raise RemoteProtocolError(f"system.multicall at {self.uri}: answered {answer!r:.80}")
         return [self._one(calls[i][0], item) for i, item in enumerate(answer)]
 
-    def several(
+    def batch(
         self, calls: Sequence[tuple[str, tuple[object, ...]]], *, timeout: float | None = None
     ) -> list[object]:
         """As `multicall`; a single call, or those for a master without it, are requests of their own.
@@ -199,6 +200,8 @@ class MasterClient(ApiClient):
             except RosError:
                 pass  # the answer is malformed, or too large
         return [self._alone(method, params, timeout) for method, params in calls]
+
+    several = former_attribute("several", "batch")
 
     def _alone(self, method: str, params: tuple[object, ...], timeout: float | None) -> object:
         try:

@@ -2,7 +2,7 @@
 
 Publishers, subscribers, services and parameter subscriptions each add one `Registration`. The master monitor
 (`master_monitor.py`) registers the whole table again when the master has forgotten the node, or when our
-address has changed. What one thread adds within `together` is registered at the end of that block, with one
+address has changed. What one thread adds within `batch` is registered at the end of that block, with one
 request.
 
 Source: wiki.ros.org/ROS/Master_API.
@@ -142,7 +142,7 @@ class Registrations:
     def register_in_batch(
         self, registration: Registration, undo: Callable[[], object], timeout: float | None = None
     ) -> None:
-        """As `add`; within a block of `together` of this thread it is registered at the end of that block.
+        """As `add`; within a block of `batch` of this thread it is registered at the end of that block.
 
         `undo` is called if that fails: it closes what was opened.
         """
@@ -154,7 +154,7 @@ class Registrations:
         self.add(registration, timeout)
 
     @contextmanager
-    def together(self) -> Iterator[None]:
+    def batch(self) -> Iterator[None]:
         """Register at the end of the block what this thread adds in it, with one request if possible.
 
         A block within a block is part of it. If the block raises, what it has opened is closed.
@@ -217,7 +217,7 @@ class Registrations:
     ) -> dict[tuple[str, str], RosError]:
         """Register all of them; return the errors of those that failed."""
         calls = [one.registration.registration_call() for one in held]
-        answers = self._master.several([(call.method, call.params) for call in calls], timeout=timeout)
+        answers = self._master.batch([(call.method, call.params) for call in calls], timeout=timeout)
         refused: dict[tuple[str, str], RosError] = {}
         for one, call, answer in zip(held, calls, answers, strict=True):
             try:

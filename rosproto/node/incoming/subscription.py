@@ -293,7 +293,7 @@ class Subscription:
         if reply.type_name != known.name:
             raise mismatch
         revised = revised_type(
-            self.context.revisions, known, reply.md5sum, reply.message_definition, mismatch
+            self.context.definitions, known, reply.md5sum, reply.message_definition, mismatch
         )
         note_differences(self.context.peer_log, self.name, reply.callerid or peer, revised.conversion)
         return revised

@@ -214,8 +214,8 @@ class Publication:
 
     def _revise(self, fields: dict[str, str], mismatch: Md5sumMismatch) -> ConvertedOutput:
         definition = fields.get("message_definition", "")
-        ours, revisions = self.type.message_class, self.context.revisions
-        theirs = revisions.message(ours, fields["md5sum"], definition) or revisions.fetch(
+        ours, definitions = self.type.message_class, self.context.definitions
+        theirs = definitions.message(ours, fields["md5sum"], definition) or definitions.fetch(
             self.context, self.name, ours, fields["md5sum"]
         )
         if theirs is None:

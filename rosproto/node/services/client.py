@@ -338,7 +338,7 @@ class ServiceClient:
             return None
         if mismatch.remote_type not in ("", self.type_name) or len(mismatch.remote_md5sum) != 32:
             raise mismatch
-        revision = revised_service(self._context.revisions, self._class, mismatch.remote_md5sum, mismatch)
+        revision = revised_service(self._context.definitions, self._class, mismatch.remote_md5sum, mismatch)
         note_differences(self._context.peer_log, self.name, mismatch.peer, revision.request_to_theirs)
         return revision
 

@@ -303,7 +303,7 @@ class ServiceServer:
         except Md5sumMismatch as mismatch:
             if mismatch.remote_type not in ("", self.type_name):
                 raise
-            revision = revised_service(self._context.revisions, self._class, header["md5sum"], mismatch)
+            revision = revised_service(self._context.definitions, self._class, header["md5sum"], mismatch)
         asked = check_service_client_header(
             header, service=self.name, type_name=self.type_name, md5sum=revision.md5sum, peer=peer
         )

@@ -28,7 +28,7 @@ from rosproto.transport.uri import format_address
 PROBE_SECONDS = 10.0
 
 
-def ask_type(caller: CallerIdentity, revisions: KnownDefinitions, service: str) -> Any:
+def ask_type(caller: CallerIdentity, definitions: KnownDefinitions, service: str) -> Any:
     """The service class that the current provider reports.
 
     Raises:
@@ -38,7 +38,7 @@ def ask_type(caller: CallerIdentity, revisions: KnownDefinitions, service: str) 
     name = service_probe.probe(caller, service, Deadline(PROBE_SECONDS)).get("type", "")
     if not name or name == "*":
         raise ServiceError(service, "its provider does not tell the type; give it")
-    return service_class(name, revisions.library_for(name, "srv"))
+    return service_class(name, definitions.library_for(name, "srv"))
 
 
 CLOSE_SECONDS = 1.0  # for answers in progress when the node closes
@@ -92,9 +92,9 @@ class Services:
             persistent: Keep the connection between calls.
         """
         service_class = (
-            ask_type(self._context, self._context.revisions, name)
+            ask_type(self._context, self._context.definitions, name)
             if type_ is None
-            else resolve_service_type(type_, name, self._context.revisions)
+            else resolve_service_type(type_, name, self._context.definitions)
         )
         client = ServiceClient(
             self._context, name, service_class, persistent=persistent, on_close=self.forget_client
@@ -121,7 +121,7 @@ class Services:
         server = ServiceServer(
             self._context,
             name,
-            resolve_service_type(type_, name, self._context.revisions),
+            resolve_service_type(type_, name, self._context.definitions),
             handler,
             on_close=self.forget_server,
         )

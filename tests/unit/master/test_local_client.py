@@ -36,7 +36,7 @@ def test_its_answers_are_those_of_the_port(master: Master, local: MasterClient) 
         for client in (local, over_port):
             answers.append(
                 [
-                    client.several(
+                    client.batch(
                         [
                             ("registerPublisher", ("/t", "std_msgs/String", OTHER)),
                             ("registerSubscriber", ("/t", "*", OTHER)),
@@ -62,7 +62,7 @@ def test_a_call_opens_no_connection_and_a_rare_one_takes_the_port(
     master: Master, local: MasterClient
 ) -> None:
     local.register_publisher("/t", "std_msgs/String", OTHER)
-    local.several([("getPid", ()), ("getParam", ("/unset",))])
+    local.batch([("getPid", ()), ("getParam", ("/unset",))])
     assert master.stats()["connections"] == 0
     local.set_param("/x", {"y": [1, 2]})
     assert master.stats()["connections"] == 1

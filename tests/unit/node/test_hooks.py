@@ -118,7 +118,7 @@ def test_a_look_at_the_master_can_be_asked_for(master: Master) -> None:
         node.watch_master(period=3600, full_check_every=1)
         for _ in range(2):  # the first look was due within a second in any case
             assert somebody.unregister_publisher("/p", node.uri) == 1
-            node.look_at_master()
+            node.check_master_now()
             eventually(lambda: "/p" in somebody.get_system_state().publishers, 5.0)
 
 
@@ -130,7 +130,7 @@ def test_a_node_may_look_often(master: Master) -> None:
     ):
         node.publisher("/p", String)
         node.watch_master(period=0.02, full_check_every=2)
-        node.look_at_master()
+        node.check_master_now()
         for _ in range(3):
             assert somebody.unregister_publisher("/p", node.uri) == 1
             eventually(lambda: "/p" in somebody.get_system_state().publishers, 5.0)

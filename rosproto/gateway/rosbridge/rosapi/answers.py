@@ -232,7 +232,7 @@ def provide(node: Node, rosapi: Rosapi) -> ProvidedRosapi:
         )
     servers: list[ServiceServer] = []
     try:
-        with node.registering():
+        with node.batch():
             for name, type_name in rosapi.services.items():
                 kind = service_class(type_name)
                 servers.append(node.service_server(name, kind, partial(_answer, rosapi, name, kind)))

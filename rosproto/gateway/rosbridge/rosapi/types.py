@@ -114,7 +114,7 @@ class Definitions:
     def service_details(self, name: str, half: str) -> list[Typedef]:
         """Typedefs of the "request" or "response" of a service type."""
         name = self._full_name(name)
-        library = self._node.revisions.library_for(name, "srv") or bundled()
+        library = self._node.definitions.library_for(name, "srv") or bundled()
         return self._guard(name, lambda: type_details(getattr(library.service(name), half), library.message))
 
     def full_text(self, name: str, deadline: Deadline | None = None) -> str:
@@ -139,7 +139,7 @@ class Definitions:
             raise RosapiError(f"{name}: its definition is not known here: {error}") from error
 
     def _library(self, name: str, deadline: Deadline | None = None) -> DefinitionLibrary:
-        library = self._node.revisions.library_for(name)
+        library = self._node.definitions.library_for(name)
         if library is not None:
             return library
         if bundled().has("msg", name):

@@ -331,7 +331,7 @@ def test_a_received_value_that_does_not_fit_costs_that_message_only(
     here, robot = nodes
     told: list[Exception] = []
     # A robot that knows nothing of revisions: it refuses ours, and then sends its own to who takes anything.
-    monkeypatch.setattr(robot.revisions, "message", lambda *given: None)
+    monkeypatch.setattr(robot.definitions, "message", lambda *given: None)
     publisher = robot.publisher("/parameter", PageParameter)
     raw = here.subscriber("/parameter", Parameter, raw=True)
     subscriber = here.subscriber("/parameter", Parameter, on_error=told.append)
@@ -389,7 +389,7 @@ def test_a_lossless_client_sends_nothing_that_would_be_dropped(
     ours, theirs = (service_class("my_msgs/Ask", library_with("my_msgs/Ask", text)) for text in (new, old))
     (tmp_path / "my_msgs/srv").mkdir(parents=True)
     (tmp_path / "my_msgs/srv/Ask.srv").write_text(old)
-    here.revisions = KnownDefinitions([tmp_path])
+    here.definitions = KnownDefinitions([tmp_path])
     calls: list[Any] = []
 
     def handler(request: Any) -> Any:
@@ -488,7 +488,7 @@ def test_strangers_do_not_keep_us_asking() -> None:
 def test_a_read_of_which_no_message_fits(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
     """Beside raw subscribers an unfit message that arrives alone is dropped alone: the link stays."""
     here, robot = nodes
-    monkeypatch.setattr(robot.revisions, "message", lambda *given: None)
+    monkeypatch.setattr(robot.definitions, "message", lambda *given: None)
     publisher = robot.publisher("/parameter", PageParameter)
     raw = here.subscriber("/parameter", Parameter, raw=True)
     subscriber = here.subscriber("/parameter", Parameter)

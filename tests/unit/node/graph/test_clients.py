@@ -75,7 +75,7 @@ def test_several_calls_give_a_value_or_an_error_each(
     with MasterClient(node.master_uri, "/test") as client, node.publisher("/out", "std_msgs/String"):
         if not multicall:
             monkeypatch.setattr(client, "multicall", refused)
-        uri, missing = client.several([("lookupNode", ("/n",)), ("lookupNode", ("/nobody",))])
+        uri, missing = client.batch([("lookupNode", ("/n",)), ("lookupNode", ("/nobody",))])
         assert uri == node.uri
         assert isinstance(missing, MasterError)
         assert missing.code == -1

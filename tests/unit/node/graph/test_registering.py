@@ -83,7 +83,7 @@ def told_again(node: Node, asked: Asked) -> list[str]:
     """What a node tells its master when it has compared the graph with what it has registered."""
     asked.methods.clear()
     node.watch_master(period=0.01, full_check_every=1)
-    node.look_at_master()
+    node.check_master_now()
     eventually(lambda: asked.methods.count("look") >= 3)
     node.watch_master(period=60.0, full_check_every=5)
     return [each for each in asked.methods if each not in ("look", "getSystemState")]
@@ -103,7 +103,7 @@ def opened(node: Node) -> tuple[Any, Any, Any]:
 
 
 def test_a_block_registers_with_one_request_at_its_end(master: Master, node: Node, asked: Asked) -> None:
-    with node.registering():
+    with node.batch():
         opened(node)
         assert not any(registered(master, name) for name in ("/a", "/b", "/c"))
     assert all(registered(master, name) for name in ("/a", "/b", "/c"))
@@ -115,19 +115,19 @@ def test_what_was_published_before_and_comes_after_is_found(master: Master, node
     with Node("/other", master_uri=master.uri, host="127.0.0.1", intraprocess=False) as other:
         early = other.publisher("/early", "std_msgs/String", latch=True)
         early.publish(data="1")
-        with node.registering():
+        with node.batch():
             first = node.subscriber("/early", "std_msgs/String")
             second = node.subscriber("/late", "std_msgs/String")
         assert first.next(timeout=5).data == "1"
-        with other.registering():
+        with other.batch():
             late = other.publisher("/late", "std_msgs/String", latch=True)
             late.publish(data="2")
         assert second.next(timeout=5).data == "2"
 
 
 def test_a_block_within_a_block_is_part_of_it(master: Master, node: Node, asked: Asked) -> None:
-    with node.registering():
-        with node.registering():
+    with node.batch():
+        with node.batch():
             node.publisher("/a", "std_msgs/String")
         assert not registered(master, "/a")
         node.publisher("/b", "std_msgs/String")
@@ -136,7 +136,7 @@ def test_a_block_within_a_block_is_part_of_it(master: Master, node: Node, asked:
 
 def test_another_thread_registers_at_once(master: Master, node: Node) -> None:
     """It has not asked to wait, and may depend on it."""
-    with node.registering():
+    with node.batch():
         thread = threading.Thread(target=node.publisher, args=("/other", "std_msgs/String"))
         thread.start()
         thread.join(5)
@@ -146,7 +146,7 @@ def test_another_thread_registers_at_once(master: Master, node: Node) -> None:
 def test_what_is_closed_within_the_block_is_never_registered(
     master: Master, node: Node, asked: Asked
 ) -> None:
-    with node.registering():
+    with node.batch():
         publisher, subscriber, server = opened(node)
         publisher.close()
         subscriber.close()
@@ -165,7 +165,7 @@ def test_a_block_that_raises_closes_what_it_opened(master: Master, node: Node) -
         things.extend(opened(node))
         raise KeyError
 
-    with pytest.raises(KeyError), node.registering():
+    with pytest.raises(KeyError), node.batch():
         broken()
     assert things[0].closed
     assert things[1].closed
@@ -180,7 +180,7 @@ def test_an_action_server_whose_topics_are_closed_is_closed_and_logs_no_error(
 ) -> None:
     """Ctrl-C at the start of a program ends its block; a status that nobody can hear is no reason for a message."""
     asked.refuse[refused] = "no"
-    with pytest.raises((KeyboardInterrupt, MasterError)), node.registering():  # noqa: PT012
+    with pytest.raises((KeyboardInterrupt, MasterError)), node.batch():  # noqa: PT012
         server = ActionServer(node, "/work", "actionlib/TestAction", lambda goal: None)
         if refused == "all of it":
             raise KeyboardInterrupt
@@ -196,7 +196,7 @@ def test_one_refusal_is_raised_as_it_is_and_the_others_stand(
     master: Master, node: Node, asked: Asked
 ) -> None:
     asked.refuse["/b"] = "no /b here"
-    with pytest.raises(MasterError) as caught, node.registering():
+    with pytest.raises(MasterError) as caught, node.batch():
         publisher, subscriber, _ = opened(node)
     assert type(caught.value) is MasterError
     assert (caught.value.method, caught.value.code, caught.value.text) == (
@@ -214,7 +214,7 @@ def test_several_refusals_keep_the_facts_of_each(master: Master, node: Node, ask
     asked.refuse.update({"/a": "not this", "/c": "nor that"})
     with (
         pytest.raises(RegistrationsRefused, match=r"2 of 3 .*not this.*nor that") as caught,
-        node.registering(),
+        node.batch(),
     ):
         opened(node)
     assert list(caught.value.refused) == [("publisher", "/a"), ("service", "/c")]
@@ -226,7 +226,7 @@ def test_several_refusals_keep_the_facts_of_each(master: Master, node: Node, ask
 
 def test_an_answer_that_is_none_costs_that_registration_only(node: Node, asked: Asked, monkeypatch) -> None:
     monkeypatch.setattr(MasterClient, "multicall", lambda *_, **__: [[], "no list", 1])
-    with pytest.raises(RemoteProtocolError, match="registerSubscriber"), node.registering():
+    with pytest.raises(RemoteProtocolError, match="registerSubscriber"), node.batch():
         _, subscriber, _ = opened(node)
     assert subscriber.closed
 
@@ -236,12 +236,12 @@ def test_a_master_that_is_away_closes_all_of_it_and_is_told_later(
 ) -> None:
     """It may have heard of them: what it could not be told to take back is told when it answers."""
     asked.instead = ConnectionLost("away")
-    with pytest.raises(ConnectionLost), node.registering():
+    with pytest.raises(ConnectionLost), node.batch():
         publisher, subscriber, _ = opened(node)
     assert publisher.closed
     assert subscriber.closed
     asked.instead = None
-    node.look_at_master()
+    node.check_master_now()
     taken_back = {"unregisterPublisher", "unregisterSubscriber", "unregisterService"}
     eventually(lambda: taken_back <= set(asked.methods))
     assert told_again(node, asked) == []
@@ -251,10 +251,10 @@ def test_a_master_without_multicall_is_told_one_by_one_and_not_asked_again(
     master: Master, node: Node, asked: Asked
 ) -> None:
     asked.instead = MasterError("system.multicall", 1, "no such method")
-    with node.registering():
+    with node.batch():
         opened(node)
     asked.instead = AssertionError("asked again")  # type: ignore[assignment]
-    with node.registering():
+    with node.batch():
         node.publisher("/d", "std_msgs/String")
     assert [m for m in asked.methods if m.startswith("register")] == [
         "registerPublisher",
@@ -267,7 +267,7 @@ def test_a_master_without_multicall_is_told_one_by_one_and_not_asked_again(
 
 def test_a_node_that_is_closed_meanwhile_says_so(master: Master) -> None:
     node = Node("/n", master_uri=master.uri, host="127.0.0.1")
-    block = node.registering()
+    block = node.batch()
     block.__enter__()
     node.publisher("/a", "std_msgs/String")
     node.close()

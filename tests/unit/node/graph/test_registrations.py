@@ -49,7 +49,7 @@ class Master:
         thing.arrive()
         return 1
 
-    def several(self, calls: Any, *, timeout: float | None = None) -> list[object]:
+    def batch(self, calls: Any, *, timeout: float | None = None) -> list[object]:
         ((method, (thing,)),) = calls
         try:
             return [self.call(method, thing)]

@@ -149,7 +149,7 @@ def test_a_publisher_that_forgot_us_is_asked_again(master: Master, nodes: tuple[
     with MasterClient(master.uri, listener.name) as in_its_name:
         in_its_name.unregister_subscriber("/words", listener.uri)
     talker.watch_master(period=60.0, full_check_every=1)
-    talker.look_at_master()
+    talker.check_master_now()
     eventually(lambda: connections(talker) != [before])
     publisher.wait_for_connection(timeout=10)
     publisher.publish(data="again")

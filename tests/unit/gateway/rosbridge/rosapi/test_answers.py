@@ -42,7 +42,7 @@ def nodes() -> Iterator[tuple[Node, Node]]:
         Node("/robot", master_uri=master.uri, rosout=False, intraprocess=False) as robot,
         Node("/gateway", master_uri=master.uri, rosout=False, intraprocess=False) as gateway,
     ):
-        with robot.registering():
+        with robot.batch():
             robot.publisher("/chatter", "std_msgs/String")
             robot.publisher("/secret/odom", "nav_msgs/Odometry")
             robot.subscriber("/cmd", "geometry_msgs/Twist")
