@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rosproto.cli.background_output import hurry
+from rosproto.cli.background_output import never_wait_for_stdout
 from rosproto.cli.bag_progress import Progress
 from rosproto.cli.bag_record import add_output_options, follow_recording, recorder_options
 from rosproto.cli.completion import add_arguments as add_completion_arguments
@@ -98,13 +98,13 @@ __all__ = [
     "give_examples",
     "hint",
     "host",
-    "hurry",
     "interrupt_on_signals",
     "is_terminal",
     "json_text",
     "main",
     "natural",
     "near",
+    "never_wait_for_stdout",
     "open_keys",
     "own",
     "port",

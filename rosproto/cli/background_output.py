@@ -4,7 +4,7 @@ A write to a full pipe, or to a terminal stopped by Ctrl-S, blocks for ever. It 
 or a logging thread. So one thread per stream writes, and the command only queues its text:
 
 - stdout holds documents. With `MAX_UNREAD_PIECES` unread, the command waits; Ctrl-C and signals end the wait.
-  After `hurry` it drops further pieces instead: a command that moves the robot must not wait.
+  After `never_wait_for_stdout` it drops further pieces instead: a command that moves the robot must not wait.
 - stderr holds messages and logs. It never waits: with `MAX_UNREAD_PIECES` unread, further ones are dropped.
 
 The queue and the locks are C code: an exception in a signal handler leaves none of them locked, and a handler
@@ -33,7 +33,7 @@ MAX_UNREAD_PIECES = 500
 _LARGE = 65536  # bytes; `write` waits for a piece of this size
 _BATCH = 64  # pieces per write
 _MOMENT = 0.1  # s that `flush` waits for a slow reader
-_AT_THE_END = 1.0  # s that the end of a command waits for stderr, and for stdout after `hurry`
+_AT_THE_END = 1.0  # s that a command's end waits for stderr, and for stdout after `never_wait_for_stdout`
 _STEP = 0.5  # s; Windows delivers no Ctrl-C to a thread in an endless wait
 
 
@@ -123,7 +123,7 @@ class BackgroundOutput:
             if end is not None and time.monotonic() >= end:
                 return False
             if end is None and not self.waits:
-                end = time.monotonic() + _AT_THE_END  # `hurry` was called meanwhile
+                end = time.monotonic() + _AT_THE_END  # `never_wait_for_stdout` was called meanwhile
         return True
 
     def _fail(self) -> None:
@@ -180,7 +180,7 @@ def in_background() -> Iterator[None]:
                     stream.written(None if stream.waits else _AT_THE_END)
         except (KeyboardInterrupt, Terminated):
             pass  # discard the rest
-        hurry()
+        never_wait_for_stdout()
         sys.__stdout__, sys.__stderr__ = ours  # type: ignore[misc]
 
 
@@ -191,7 +191,7 @@ def _of(stream: Any, *, waits: bool, after: BackgroundOutput | None = None) -> A
     return BackgroundOutput(stream, waits=waits, after=after)
 
 
-def hurry() -> None:
+def never_wait_for_stdout() -> None:
     """Let stdout drop unread text from now on, so that a motion never waits for a reader."""
     stream = _background(sys.stdout)
     if stream is not None:
@@ -199,7 +199,7 @@ def hurry() -> None:
 
 
 def everything_is_written() -> None:
-    """Wait until stdout is written: without a limit, or at most `_AT_THE_END` after `hurry`.
+    """Wait until stdout is written: without a limit, or at most `_AT_THE_END` after `never_wait_for_stdout`.
 
     Raises:
         OSError: It cannot be written.

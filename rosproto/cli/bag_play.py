@@ -7,7 +7,7 @@ import sys
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from rosproto.cli.background_output import hurry
+from rosproto.cli.background_output import never_wait_for_stdout
 from rosproto.cli.bag_files import opened
 from rosproto.cli.bag_progress import Progress
 from rosproto.cli.console import counted, is_terminal
@@ -81,7 +81,7 @@ def play(arguments: argparse.Namespace) -> None:
     """Publish until the end, or until interrupted."""
     from rosproto.recording import Player
 
-    hurry()
+    never_wait_for_stdout()
     paths, remap = _split_remappings([*arguments.bags, *arguments.more_bags])
     with ExitStack() as stack:
         bags = [stack.enter_context(opened(path, arguments, quiet=arguments.quiet)) for path in paths]

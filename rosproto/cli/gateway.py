@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import quote
 
-from rosproto.cli.background_output import hurry
+from rosproto.cli.background_output import never_wait_for_stdout
 from rosproto.cli.exit_codes import CommandError, cannot_listen
 from rosproto.cli.graph_clients import open_node
 from rosproto.cli.graph_options import add_graph_options
@@ -246,7 +246,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
     Raises:
         CommandError: The certificate cannot be used, or the system allows fewer open files than clients.
     """
-    hurry()
+    never_wait_for_stdout()
     from rosproto.gateway import Access
     from rosproto.transport.uri import is_loopback
 

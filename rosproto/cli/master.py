@@ -7,7 +7,7 @@ import sys
 from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
-from rosproto.cli.background_output import hurry
+from rosproto.cli.background_output import never_wait_for_stdout
 from rosproto.cli.exit_codes import CommandError, cannot_listen
 from rosproto.cli.options import host, port
 from rosproto.cli.signals import interrupt_on_signals
@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> None:
 
     if arguments.no_rosout and arguments.rosout_log:
         raise CommandError("--rosout-log is written by the node /rosout, which --no-rosout leaves out")
-    hurry()
+    never_wait_for_stdout()
     allow_open_files(Limits().connections)
     try:
         with (

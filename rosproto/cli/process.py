@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from typing import NamedTuple
 
-from rosproto.cli.background_output import everything_is_written, hurry, in_background
+from rosproto.cli.background_output import everything_is_written, in_background, never_wait_for_stdout
 from rosproto.cli.console import TerminalGone, as_typed, escape_what_cannot_be_printed, guarded
 from rosproto.cli.exit_codes import DONE, INTERRUPTED, TERMINATED, WRONG_USE, explain, output_is_gone
 from rosproto.cli.signals import Terminated, linger_when_closed, signals_unwind
@@ -71,10 +71,10 @@ def _ended(task: Task) -> int:
         everything_is_written()  # a full disk or a closed pipe shows here, not at exit
         return code
     except KeyboardInterrupt:
-        hurry()
+        never_wait_for_stdout()
         text, code = "interrupted", INTERRUPTED
     except (Terminated, TerminalGone):
-        hurry()
+        never_wait_for_stdout()
         text, code = "terminated", TERMINATED
     except BrokenPipeError:
         output_is_gone()

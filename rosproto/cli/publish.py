@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterable
 from typing import Any
 
-from rosproto.cli.background_output import hurry
+from rosproto.cli.background_output import never_wait_for_stdout
 from rosproto.cli.console import is_terminal, warn
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.graph_clients import absolute, master_client, open_node
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
     for value in messages:
         from_dict(cls, value, now=Time(1, 0))  # refuse wrong values before advertising
     _warn_of_another_type(arguments)
-    hurry()
+    never_wait_for_stdout()
     latch = arguments.latch or not (arguments.rate or arguments.n or piped or arguments.file)
     latch = latch or arguments.once
     with (

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
-from rosproto.cli import hurry, signals_ignored, watchdog_if
+from rosproto.cli import never_wait_for_stdout, signals_ignored, watchdog_if
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.msg import environment_paths
 from rosproto.sentence import both, say, sentence_of
@@ -165,7 +165,7 @@ def _may_move(chassis: Chassis, error: BaseException) -> bool:
 
 def stop_and_tell(chassis: Chassis, out: Output) -> None:
     """Stop and print the report. A second Ctrl-C does not interrupt it; it ends within seconds."""
-    hurry()
+    never_wait_for_stdout()
     with signals_ignored():
         with out.working("stopping"):
             report = chassis.stop(timeout=4.0)

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rosproto.cli import DONE, FAILED, Progress, hurry, is_terminal
+from rosproto.cli import DONE, FAILED, Progress, is_terminal, never_wait_for_stdout
 from rosproto.sentence import Sentence, say
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D
@@ -38,7 +38,7 @@ def follow(
     Raises GoalFailed for every outcome but an arrival. `line` shows the way left; without it the goal's own
     progress is shown.
     """
-    hurry()
+    never_wait_for_stdout()
     out.line("{what} ...", what=say(describe))
     live = not out.as_json and is_terminal(sys.stdout)
     every = _LIVE if live else _PLAIN

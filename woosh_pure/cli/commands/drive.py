@@ -15,7 +15,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rosproto.cli import Keys, hurry, is_terminal, open_keys, own, positive, terminal_size
+from rosproto.cli import Keys, is_terminal, never_wait_for_stdout, open_keys, own, positive, terminal_size
 from rosproto.sentence import say
 from rosproto.text import cut, padded
 from woosh_pure.cli.arguments import add_watchdog
@@ -94,7 +94,7 @@ def _ask(out: Output) -> None:
 
 
 def _drive(chassis: Chassis, args: Namespace, out: Output) -> None:
-    hurry()
+    never_wait_for_stdout()
     angular = None if args.angular is None else math.radians(args.angular)
     out.line(_KEYS)
     with open_keys() as keys, _never_asleep(), ExitStack() as stack:

@@ -13,7 +13,7 @@ from rosproto.cli import (
     NotANumber,
     cannot_listen,
     host,
-    hurry,
+    never_wait_for_stdout,
     port,
     positive,
     seconds,
@@ -115,7 +115,7 @@ def add_sim(parser: ArgumentParser) -> None:
 
 
 def run_sim(args: Namespace, out: Output) -> None:
-    hurry()
+    never_wait_for_stdout()
     from rosproto.transport import Deadline
     from woosh_pure.sim import Settings, SimulatedChassis
     from woosh_pure.sim.body import BodyLimits

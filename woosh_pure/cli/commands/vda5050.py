@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import CommandError, finite, hurry, positive, seconds
+from rosproto.cli import CommandError, finite, never_wait_for_stdout, positive, seconds
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_watchdog, corners
 from woosh_pure.cli.connection import chosen, names, reaching, simulated, watchdog_of
@@ -82,7 +82,7 @@ def add_vda5050(parser: ArgumentParser) -> None:
 
 
 def run_vda5050(args: Namespace, out: Output) -> None:
-    hurry()
+    never_wait_for_stdout()
     from rosproto.transport import Deadline
     from woosh_pure.chassis import Chassis
     from woosh_pure.fleet import Store, Vehicle

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from rosproto.cli import CommandError, add_token, host, hurry, port, token_of
+from rosproto.cli import CommandError, add_token, host, never_wait_for_stdout, port, token_of
 from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.transport import allow_open_files
@@ -65,7 +65,7 @@ def add_web(parser: ArgumentParser) -> None:
 
 
 def run_web(args: Namespace, out: Output) -> int:
-    hurry()
+    never_wait_for_stdout()
     allow_open_files(4096)
     from woosh_pure import web
     from woosh_pure.web.optional_libraries import require
