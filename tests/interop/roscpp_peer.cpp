@@ -198,6 +198,29 @@ static int parameter_echo(char **) {
     return 0;
 }
 
+// -- topics whose messages say when they were published: as TICKER in test_fresh_messages.py --------------
+
+static std_msgs::String now() {
+    char text[32];
+    snprintf(text, sizeof text, "%.6f", ros::WallTime::now().toSec());
+    std_msgs::String message; message.data = text;
+    return message;
+}
+
+static int ticker(char **) {
+    ros::NodeHandle node;
+    ros::Publisher ticks = node.advertise<std_msgs::String>("/ticks", 10);
+    ros::Publisher kept = node.advertise<std_msgs::String>("/kept", 10, true);
+    kept.publish(now());
+    boost::function<void(const std_msgs::String &)> go = [&](const std_msgs::String &) { kept.publish(now()); };
+    ros::Subscriber asked = node.subscribe<std_msgs::String>("/go", 10, go);
+    ros::WallTimer timer = node.createWallTimer(
+        ros::WallDuration(0.1), [&](const ros::WallTimerEvent &) { ticks.publish(now()); });
+    say("up");
+    ros::spin();
+    return 0;
+}
+
 // -- a bit of everything, for a master --------------------------------------------------------------------
 
 static void heard(const std_msgs::String &m) { printf("cpp heard %s\n", m.data.c_str()); fflush(stdout); }
@@ -231,6 +254,7 @@ int main(int argc, char **argv) {
         {"service_client", {service_client, 0}},
         {"topic_echo", {topic_echo, ros::init_options::NoSigintHandler}},
         {"parameter_echo", {parameter_echo, 0}},
+        {"ticker", {ticker, 0}},
         {"cpp_node", {cpp_node, 0}},
     };
     const std::string name = argc > 1 ? argv[1] : "";

@@ -8,6 +8,8 @@ Source: wiki.ros.org/ROS/TCPROS, wiki.ros.org/ROS/Slave_API (requestTopic).
 
 from __future__ import annotations
 
+import socket
+
 from rosproto.errors import ConnectionLost
 from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.graph.master_client import CallerIdentity
@@ -35,12 +37,20 @@ def probe_topic(caller: CallerIdentity, topic: str, publisher: str, deadline: De
     uri = caller.master.lookup_node(publisher, timeout=deadline.remaining())
     sock = connect(*address_of(caller, topic, uri, deadline), deadline, hosts=caller.hosts)
     try:
-        wanted = subscriber_header(topic=topic, type_name=ANY, md5sum=ANY, callerid=caller.name)
+        callerid = additional_callerid(caller, sock)
+        wanted = subscriber_header(topic=topic, type_name=ANY, md5sum=ANY, callerid=callerid)
         write_header(sock, wanted, deadline)
         header = read_header(sock, caller.limits, deadline)
     finally:
         sock.close()
     return check_publisher_header(header, topic=topic, type_name=ANY, md5sum=ANY, peer=publisher)
+
+
+def additional_callerid(caller: CallerIdentity, sock: socket.socket) -> str:
+    """Name for a connection beside a subscriber's: rospy ends the older one of two with the same callerid
+    (`add_connection` in rospy/topics.py).
+    """
+    return f"{caller.name}_{sock.getsockname()[1]}"
 
 
 def address_of(caller: CallerIdentity, topic: str, uri: str, deadline: Deadline) -> tuple[str, int]:

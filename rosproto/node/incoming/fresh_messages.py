@@ -13,7 +13,7 @@ from typing import Any
 
 from rosproto.codec import Message, decode
 from rosproto.errors import RosError
-from rosproto.node.definitions.topic_probe import address_of
+from rosproto.node.definitions.topic_probe import additional_callerid, address_of
 from rosproto.node.graph.master_client import CallerIdentity
 from rosproto.node.incoming.tcpros_link import FrameReader
 from rosproto.protocol.handshake import check_publisher_header, subscriber_header
@@ -46,13 +46,6 @@ def fresh_messages(
         ValueError: `address` is not an address.
     """
     type_name, md5sum = message_class._type, message_class._md5sum
-    wanted = subscriber_header(
-        topic=topic,
-        type_name=type_name,
-        md5sum=md5sum,
-        callerid=caller.name,
-        message_definition=message_class._full_text,
-    )
 
     def decoded(buffer: Any, start: int, end: int) -> Message:
         return decode(message_class, bytes(buffer[start:end]))
@@ -62,6 +55,13 @@ def fresh_messages(
         place = address_of(caller, topic, address, deadline) if is_uri else parse_uri(address)
         sock = connect(*place, deadline, hosts=caller.hosts)
         try:
+            wanted = subscriber_header(
+                topic=topic,
+                type_name=type_name,
+                md5sum=md5sum,
+                callerid=additional_callerid(caller, sock),
+                message_definition=message_class._full_text,
+            )
             write_header(sock, wanted, deadline)
             header = read_header(sock, caller.limits, deadline)
             check_publisher_header(header, topic=topic, type_name=type_name, md5sum=md5sum, peer=address)

@@ -131,6 +131,7 @@ def test_a_killed_program_is_followed_by_zero_and_by_the_end_of_its_watchdog(
     assert "_rosproto_watchdog" not in str(robot.node.master.get_system_state()), "it has left the graph"
 
 
+@pytest.mark.promise("and are delivered also when it is killed then")
 @SIGNALS
 def test_what_a_killed_watchdog_has_sent_is_still_delivered(robot: Robot, program: Program) -> None:
     """A reset would discard what is on its way, as it does for a velocity; the connection ends without one."""
