@@ -237,7 +237,9 @@ def has_ended(pid: int) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.timeout(60 + 20 * TRIALS)
-@pytest.mark.promise("It sees the end of its program when the system has ended the last of the program's threads")
+@pytest.mark.promise(
+    "It sees the end of its program when the system has ended the last of the program's threads"
+)
 @pytest.mark.parametrize("command", ["Chassis, velocity", "Chassis, goal", "Chassis, task"])
 def test_a_watchdog_that_is_killed_a_tenth_of_a_second_after_its_program_has_stopped_the_robot(
     command: str, tmp_path: Path
