@@ -11,7 +11,9 @@ import sys
 import time
 from typing import TextIO
 
-__all__ = ["MAX_FILE_BYTES", "read_file", "read_stream", "read_text", "replace_file", "write_file"]
+__all__ = [
+    "MAX_FILE_BYTES", "read_file", "read_stream", "read_text", "replace_file", "save_file", "write_file",
+]  # fmt: skip
 
 MAX_FILE_BYTES = 64 << 20
 """Default limit of a file that is read whole."""
@@ -54,8 +56,8 @@ def read_stream(stream: TextIO, name: str, limit: int = MAX_FILE_BYTES) -> str:
     return text
 
 
-def write_file(path: str | os.PathLike[str], data: bytes) -> None:
-    """Write a file, replacing an existing one.
+def write_file(path: str | os.PathLike[str], data: bytes, *, durable: bool = False) -> None:
+    """Write a file, replacing an existing one; a `durable` one is on the disk when this returns.
 
     Raises:
         OSError: It cannot be written. The error names the file, which Python's own does not when the disk is
@@ -64,8 +66,34 @@ def write_file(path: str | os.PathLike[str], data: bytes) -> None:
     try:
         with open(path, "wb") as file:
             file.write(data)
+            if durable:
+                file.flush()
+                os.fsync(file.fileno())
     except OSError as error:
         raise OSError(error.errno, error.strerror, os.fspath(path)) from error
+
+
+def save_file(path: str | os.PathLike[str], data: bytes, *, durable: bool = False) -> None:
+    """Write a file as a whole, in its folder, which is made: an interrupted write leaves the old one.
+
+    Args:
+        path: The file; `path` with `.new` behind is used on the way.
+        data: Its content.
+        durable: Whether it survives a loss of power once this returns, which takes a moment longer.
+
+    Raises:
+        OSError: It cannot be written.
+    """
+    folder, beside = os.path.dirname(os.path.abspath(path)), f"{os.fspath(path)}.new"
+    os.makedirs(folder, exist_ok=True)
+    write_file(beside, data, durable=durable)
+    replace_file(beside, path)
+    if durable and os.name == "posix":  # the new name, too; Windows has no such call
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
 
 
 _PAUSES = (0.01, 0.02, 0.05, 0.1, 0.2)

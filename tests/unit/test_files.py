@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.errors import DefinitionError
-from rosproto.files import read_file, read_stream, read_text, replace_file, write_file
+from rosproto.files import read_file, read_stream, read_text, replace_file, save_file, write_file
 from rosproto.msg.definition_files import FileTree
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import MarkFile
@@ -98,6 +98,28 @@ def test_an_error_of_writing_names_the_file(tmp_path: Path) -> None:
         with pytest.raises(OSError, match=re.escape(repr(path))) as failed:
             write_file(path, b"x")
         assert failed.value.filename == path
+
+
+@pytest.mark.parametrize("durable", [False, True])
+def test_a_file_is_saved_as_a_whole(tmp_path: Path, durable: bool) -> None:
+    """In a folder that is made; nothing is left beside it."""
+    path = tmp_path / "fleet" / "a.json"
+    for data in (b"longer", b"new"):
+        save_file(path, data, durable=durable)
+        assert path.read_bytes() == data
+    assert list(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="has no /dev/full")
+@pytest.mark.parametrize("durable", [False, True])
+def test_a_full_disk_leaves_the_saved_file_as_it_was(tmp_path: Path, durable: bool) -> None:
+    """What is written goes to a file beside it first."""
+    path = tmp_path / "a.json"
+    save_file(path, b"old")
+    (tmp_path / "a.json.new").symlink_to("/dev/full")
+    with pytest.raises(OSError, match=r"a\.json\.new"):
+        save_file(path, b"new", durable=durable)
+    assert path.read_bytes() == b"old"
 
 
 @pytest.mark.parametrize(("platform", "attempts"), [("win32", 3), ("linux", 1)])

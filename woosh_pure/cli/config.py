@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from rosproto.files import read_text, replace_file, write_file
+from rosproto.files import read_text, save_file
 from rosproto.sentence import say
 
 
@@ -88,10 +88,7 @@ def load() -> Profile | None:
 def save(profile: Profile) -> Path:
     """Write the file; an interrupted write leaves the old one."""
     path = profile_file()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".new")
-    write_file(temporary, (json.dumps(profile._asdict(), indent=2) + "\n").encode())
-    replace_file(temporary, path)
+    save_file(path, (json.dumps(profile._asdict(), indent=2) + "\n").encode())
     return path
 
 

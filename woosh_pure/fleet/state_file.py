@@ -17,7 +17,7 @@ from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
 
-from rosproto.files import replace_file
+from rosproto.files import replace_file, save_file
 from rosproto.logs import get_logger
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError
@@ -60,7 +60,6 @@ class Store:
     def __init__(self, folder: Path, manufacturer: str, serial: str) -> None:
         name = re.sub(r"[^A-Za-z0-9_.-]", "_", f"{manufacturer}-{serial}")
         self.path = folder / f"{name}.json"
-        self._beside = self.path.with_suffix(".new")
         self._last = ""
         self._locked: int | None = None  # the open lock file
         self._to_lock = False
@@ -130,27 +129,8 @@ class Store:
         text = json.dumps(data, separators=(",", ":"))
         if text == self._last:
             return
-        encoded = text.encode()
-        try:
-            self._replace(encoded)
-        except FileNotFoundError:  # the folder does not exist, or was deleted
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._replace(encoded)
+        save_file(self.path, text.encode(), durable=True)
         self._last = text
-
-    def _replace(self, data: bytes) -> None:
-        """Write a file beside and rename it."""
-        with open(self._beside, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        replace_file(self._beside, self.path)
-        if os.name == "posix":  # write the new name to disk, too; Windows has no such call
-            folder = os.open(self.path.parent, os.O_RDONLY)
-            try:
-                os.fsync(folder)
-            finally:
-                os.close(folder)
 
 
 # -- the reports of logReport --------------------------------------------------------------------------------
@@ -187,13 +167,10 @@ class Journal:
         """
         with self._lock:
             lines = list(self._lines)
-        self.folder.mkdir(parents=True, exist_ok=True)
         moment = timestamp(time.time()).replace(":", "").replace(".", "")
         path = self.folder / f"{self.name}-{moment}.json"
-        beside = path.with_suffix(".new")
         text = json.dumps({"reason": reason, **facts, "lately": lines}, indent=1, ensure_ascii=False)
-        beside.write_text(text, "utf-8")
-        replace_file(beside, path)
+        save_file(path, text.encode())
         for old in sorted(self.folder.glob(f"{self.name}-*.json"))[:-MAX_REPORTS]:
             old.unlink(missing_ok=True)
         return path.name

@@ -9,7 +9,7 @@ import json
 import os
 from pathlib import Path
 
-from rosproto.files import replace_file, write_file
+from rosproto.files import save_file
 from woosh_pure.foxglove.chassis_topics import MAP, OVERLAY
 from woosh_pure.interface.table import find
 
@@ -191,7 +191,5 @@ def write_layout(path: str | os.PathLike[str]) -> Path:
         OSError: The file cannot be written.
     """
     file = Path(path)
-    temporary = file.with_name(file.name + ".new")
-    write_file(temporary, (json.dumps(chassis_layout(), indent=2) + "\n").encode())
-    replace_file(temporary, file)
+    save_file(file, (json.dumps(chassis_layout(), indent=2) + "\n").encode())
     return file

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from rosproto.files import read_text, replace_file, write_file
+from rosproto.files import read_text, save_file
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 
@@ -153,10 +153,7 @@ class MarkFile:
         kept = {mark.name: mark for mark in marks}
         entries = {mark.name: _entry(mark) for mark in kept.values()}
         text = json.dumps(entries, indent=2, ensure_ascii=False, sort_keys=True) + "\n"
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = self.path.with_name(self.path.name + ".new")
-        write_file(temporary, text.encode())
-        replace_file(temporary, self.path)
+        save_file(self.path, text.encode())
         self._marks, self._read = kept, self._stamp()
 
 

@@ -28,7 +28,7 @@ class Disk:
     """The folder of a vehicle; `full` makes every write to it fail with the system's own words."""
 
     def __init__(self, store: Store) -> None:
-        self.beside = store.path.with_suffix(".new")
+        self.beside = Path(f"{store.path}.new")
 
     def full(self) -> None:
         self.beside.symlink_to("/dev/full")

@@ -20,7 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from rosproto.files import replace_file
+from rosproto.files import save_file
 from rosproto.logs import get_logger
 from rosproto.text import printable
 from woosh_pure.chassis import Chassis
@@ -170,11 +170,8 @@ class MapStore:
         grid.save(self._place(map_id, version)[0])
 
     def _save(self) -> None:
-        self.folder.mkdir(parents=True, exist_ok=True)
         data = {"active": [self.active, self.version], "maps": [each.to_json() for each in self._entries]}
-        beside = self.folder / "index.new"
-        beside.write_text(json.dumps(data), "utf-8")
-        replace_file(beside, self.folder / "index.json")
+        save_file(self.folder / "index.json", json.dumps(data).encode())
 
     def _load(self) -> None:
         """Read the index. Maps without a file are forgotten, except the chassis's own."""
