@@ -30,7 +30,8 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.web import server
 from woosh_pure.web.api import session
-from woosh_pure.web.live import frame_pacing, frames, page_driving, viewer
+from woosh_pure.web.camera import COSTMAP as COSTMAP_ROW
+from woosh_pure.web.live import frame_pacing, page_driving, viewer
 from woosh_pure.web.live.frames import CAMERA, COSTMAP, PART, SCAN
 
 ZEROS = 1.0
@@ -87,6 +88,19 @@ def test_the_camera_is_subscribed_only_while_somebody_looks(web: Served, page: P
     assert frame[2:4] == b"\xff\xd8"
     page.say(t="look", camera=None)
     until(lambda: not camera.open, what="the end of the camera")
+
+
+def test_a_costmap_that_does_not_change_is_shown_to_the_next_page_too(page: PageClient, sim: SimulatedChassis) -> None:
+    """It is latched, and sent once; a page that looks again soon gets it although nothing new has come."""
+    with Node("costs", master_uri=sim.master_uri, anonymous=True) as node:
+        message = grid_message(GridMap(np.full((4, 4), 1, np.int8), 0.05, Pose2D(0.0, 0.0)))
+        publisher = node.publisher(COSTMAP_ROW.name, "nav_msgs/OccupancyGrid", latch=True)
+        publisher.publish(message)
+        for _ in range(2):
+            page.say(t="look", costmap=True)
+            page.frame(COSTMAP)
+            page.say(t="look", costmap=False)
+            page.forget()
 
 
 def test_with_the_last_page_everything_rests(web: Served) -> None:
@@ -642,7 +656,7 @@ def test_a_large_costmap_keeps_no_drive_away(web: Served, sim: SimulatedChassis)
         PageClient(link.port) as page,
     ):
         message = grid_message(GridMap(np.full((5000, 5000), 1, np.int8), 0.05, Pose2D(0.0, 0.0)))
-        publisher = node.publisher(frames.COSTMAP_TOPIC, "nav_msgs/OccupancyGrid", latch=True)
+        publisher = node.publisher(COSTMAP_ROW.name, "nav_msgs/OccupancyGrid", latch=True)
         page.of("pose")
         page.ready()
         page.say(t="look", costmap=True)

@@ -34,7 +34,7 @@ FIRST_USE = 1.0
 """Longest wait of a feed's first reading for its links, s; usually they are up much sooner."""
 _CLOSED = "{topic}: this feed is closed, because its Chassis is; open a new one"
 _LATCHED = 0.3  # seconds from the link until a latching publisher has sent its value
-PICTURES = ("sensor_msgs/Image", "sensor_msgs/PointCloud2")
+PICTURES = ("sensor_msgs/Image", "sensor_msgs/PointCloud2", "nav_msgs/OccupancyGrid")
 """Types whose messages are so large (a cloud has 5 MB) that only a few are kept."""
 _HISTORY, _HISTORY_OF_PICTURES = 100, 3
 _SLICE = 0.1  # waits are cut into slices: on Windows, Ctrl-C cannot interrupt a wait for a lock

@@ -1,5 +1,5 @@
-"""Camera pictures as PNG and JPEG. A camera is subscribed only while it has viewers: it has the highest data
-rate of all topics.
+"""Camera pictures as PNG and JPEG. Cameras and the costmap are subscribed only while they have viewers: they
+have the highest data rates of all topics.
 """
 
 from __future__ import annotations
@@ -7,7 +7,7 @@ from __future__ import annotations
 import io
 import threading
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from rosproto.numeric import encode_png, picture_order, visible_depth
 from woosh_pure import interface
 from woosh_pure.chassis import Chassis
 from woosh_pure.feed.feed import Feed, Reading
+from woosh_pure.interface.schema import Row
 from woosh_pure.values.state import Image
 from woosh_pure.web.optional_libraries import pillow
 
@@ -22,10 +23,20 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-FEEDS = {"color": "camera", "depth": "depth"}
+T = TypeVar("T")
+CAMERAS = {"color": interface.find("camera"), "depth": interface.find("depth")}
+COSTMAP = Row(
+    "/move_base/global_costmap/costmap",
+    "nav_msgs/OccupancyGrid",
+    "topic",
+    "read",
+    "the costmap of the navigation",
+)
+"""move_base's name for it. The vendor's page does not list it, so this is an assumption; not every chassis
+publishes it."""
 MAX_WIDTH, QUALITY = 640, 70
 LINGER = 2.0
-"""Seconds for which a camera stays subscribed after the last viewer, so that the next request is fast."""
+"""Seconds for which a feed stays subscribed after the last viewer, so that the next request is fast."""
 
 
 def pixels_of(image: Image) -> NDArray[np.uint8]:
@@ -57,25 +68,23 @@ def jpeg_of(image: Image, width: int = MAX_WIDTH) -> bytes:
     return out.getvalue()
 
 
-class SharedCamera:
-    """One camera ("color" or "depth") of one robot, with one subscription for all viewers. Safe from any
-    thread.
-    """
+class SharedFeed(Generic[T]):
+    """A feed with large messages of one robot: one subscription for all viewers. Safe from any thread."""
 
-    def __init__(self, chassis: Chassis, source: str) -> None:
-        self._chassis, self._row = chassis, interface.find(FEEDS[source])
+    def __init__(self, chassis: Chassis, row: Row) -> None:
+        self._chassis, self._row = chassis, row
         self._lock = threading.Lock()
-        self._feed: Feed[Image] | None = None
+        self._feed: Feed[T] | None = None
         self._viewers = 0
         self._left = 0.0
 
     @property
     def open(self) -> bool:
-        """Whether the camera is subscribed now."""
+        """Whether it is subscribed now."""
         return self._feed is not None
 
     def add_viewer(self) -> None:
-        """Add a viewer. Blocks while the camera is being subscribed."""
+        """Add a viewer. Blocks while it is being subscribed."""
         with self._lock:
             self._viewers += 1
             if self._feed is None:
@@ -94,16 +103,16 @@ class SharedCamera:
             feed, self._feed = self._feed, None
         feed.close()
 
-    def newest(self) -> Reading[Image] | None:
-        """Return the newest picture, or None if there is none yet. Never waits."""
+    def newest(self) -> Reading[T] | None:
+        """Return the newest reading, or None if there is none yet. Never waits."""
         feed = self._feed
         return None if feed is None else feed.known
 
-    def picture(self, timeout: float = 3.0) -> Image:
-        """Return one picture; blocks until there is one.
+    def value(self, timeout: float = 3.0) -> T:
+        """Return one value; blocks until there is one.
 
         Raises:
-            RosTimeout: No picture came in time.
+            RosTimeout: Nothing came in time.
         """
         self.add_viewer()
         try:

@@ -10,11 +10,13 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
+from rosproto.codec import DynamicMessage
 from woosh_pure.chassis import Chassis, components_of
 from woosh_pure.feed.feed import Feed
 from woosh_pure.stopping.report import StopReport
+from woosh_pure.values.state import Image
 from woosh_pure.web.access import Client
-from woosh_pure.web.camera import FEEDS, SharedCamera
+from woosh_pure.web.camera import CAMERAS, COSTMAP, SharedFeed
 from woosh_pure.web.goals import GoalManager, IdempotentAnswers, Journal, command
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live.manual_drive import ManualDrive
@@ -83,7 +85,8 @@ class Robot:
         name: The robot's name in the paths of the API.
         chassis: The Chassis; the caller opens and closes it.
         marks: The server's list of marks; the chassis cannot list its own.
-        journal, goals, idempotent_answers, manual_drive, map, cameras, recordings: See their classes.
+        journal, goals, idempotent_answers, manual_drive, map, cameras, costmap, recordings: See their
+            classes.
         unreachable: Why the Chassis is not connected yet; "" once it is.
     """
 
@@ -101,7 +104,8 @@ class Robot:
         self.idempotent_answers = IdempotentAnswers()
         self.manual_drive = ManualDrive(chassis)
         self.map = MapCache(chassis)
-        self.cameras = {source: SharedCamera(chassis, source) for source in FEEDS}
+        self.cameras = {source: SharedFeed[Image](chassis, row) for source, row in CAMERAS.items()}
+        self.costmap = SharedFeed[DynamicMessage](chassis, COSTMAP)
         self.recordings = RecordingManager(chassis, recordings)
         self.unreachable = ""
         self._listening = False

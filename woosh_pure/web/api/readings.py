@@ -20,11 +20,10 @@ from woosh_pure.feed.feed import Feed as ChassisFeed
 from woosh_pure.maps.gridmap import grid_from_message
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, connected, context_of, problems, robot_of
-from woosh_pure.web.camera import jpeg_of, png_of
+from woosh_pure.web.camera import COSTMAP, jpeg_of, png_of
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live import robot_state
-from woosh_pure.web.live.frames import COSTMAP_TOPIC
 from woosh_pure.web.snapshot import ages, plain, pose_part, text_of
 
 # -- the state, the journal, and the robots of this server --------------------------------------------
@@ -258,13 +257,11 @@ def get_plan(request: Request) -> dict[str, object]:
 @maps.get("/costmap.png", response_class=Response, responses=_PNG)
 def get_costmap_png(request: Request) -> Response:
     """The navigation's costmap as PNG, if the navigation publishes one."""
-    node = robot_of(request).chassis.node
     try:
-        with node.subscriber(COSTMAP_TOPIC, "nav_msgs/OccupancyGrid", queue_size=1) as costmap:
-            message = costmap.next(3.0)
+        message = robot_of(request).costmap.value()
     except RosTimeout:
         text = "nothing came on {costmap_topic}: this chassis does not publish its costmap there"
-        raise Problem(504, text, "costmap", costmap_topic=COSTMAP_TOPIC) from None
+        raise Problem(504, text, "costmap", costmap_topic=COSTMAP.name) from None
     cells = grid_from_message(message).cells
     grey = np.where(cells < 0, 205, 254 - np.clip(cells, 0, 100).astype(np.int16) * 254 // 100)
     return Response(encode_png(grey.astype(np.uint8)[::-1]), media_type="image/png")
@@ -286,7 +283,7 @@ def get_picture(
     width: int = Query(640, ge=16, le=4096, description="of a JPEG, at most"),
 ) -> Response:
     """One picture. Waits for it for up to three seconds."""
-    image = robot_of(request).cameras[source].picture()
+    image = robot_of(request).cameras[source].value()
     if form == "png":
         return Response(png_of(image), media_type="image/png")
     return Response(jpeg_of(image, width), media_type="image/jpeg")

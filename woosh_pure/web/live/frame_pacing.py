@@ -23,7 +23,7 @@ NOTHING_READ, SEND_SECONDS = 15.0, 10.0
 """Seconds after which a page that acknowledges nothing, or accepts nothing, is disconnected."""
 _AT_ONCE = ("lost",)
 _ORDER = ("scan", "state", "map", "marks", "footprint", "plan", "journal")
-_BINARY = ("camera color", "camera depth", "costmap")
+_BINARY = ("color", "depth", "costmap")
 
 
 class BadMessage(Exception):
@@ -145,7 +145,7 @@ class FrameSender:
         """Return all kinds in the order of sending. Over a slow link, pose and scan change with every frame
         and must not displace the rest: the pose gets every other frame, and the others follow in turn.
         """
-        looked_at = [kind for kind in _BINARY if kind.removeprefix("camera ") in self.watched]
+        looked_at = [kind for kind in _BINARY if kind in self.watched]
         others = sorted([*_ORDER, *looked_at], key=lambda kind: self._last_sent.get(kind, -1))
         if self._last_sent.get("pose", -2) == self._sent - 1:
             return [*_AT_ONCE, *others, "pose"]

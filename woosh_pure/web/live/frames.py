@@ -1,5 +1,5 @@
-"""Encodes the binary frames of the live connection (scan, camera, costmap), and reads the costmap. Numbers
-are little-endian; the first byte is the kind. A frame is encoded once for all viewers.
+"""Encodes the binary frames of the live connection (scan, camera, costmap). Numbers are little-endian; the
+first byte is the kind. A frame is encoded once for all viewers.
 
     scan     B kind=1, B 0, H count, 5f x y yaw angle_min angle_increment (laser in the map, m and rad),
              then count H: centimetres, 0 for no measurement
@@ -13,19 +13,12 @@ from __future__ import annotations
 
 import math
 import struct
-import threading
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-import rosproto
-from rosproto.codec import DynamicMessage
-from rosproto.errors import RosError
-from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
-from woosh_pure.maps.gridmap import grid_from_message
-from woosh_pure.web.robot import Robot
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -97,53 +90,3 @@ def costmap_frames(cells: NDArray[np.int8], resolution: float, origin: Pose2D) -
         + cells[row : row + many].astype(np.uint8).tobytes()
         for row in range(0, height, many)
     )
-
-
-COSTMAP_TOPIC = "/move_base/global_costmap/costmap"
-"""move_base's name for it. The vendor's page does not list it, so this is an assumption."""
-_logger = get_logger("woosh_pure.web")
-
-
-class Costmap:
-    """The navigation's costmap, subscribed only while it has viewers. Not every chassis publishes it.
-
-    Safe from any thread.
-    """
-
-    def __init__(self, robot: Robot) -> None:
-        self._robot = robot
-        self._lock = threading.Lock()
-        self._subscriber: rosproto.Subscriber | None = None
-        self._newest: DynamicMessage | None = None
-        self._framed: tuple[DynamicMessage | None, tuple[bytes, ...] | None] = (None, None)
-
-    def set_wanted(self, on: bool) -> None:
-        """Subscribe, or end the subscription."""
-        with self._lock:
-            if on and self._subscriber is None:
-                self._subscriber = self._robot.chassis.node.subscriber(
-                    COSTMAP_TOPIC, "nav_msgs/OccupancyGrid", callback=self._take, queue_size=1
-                )
-            elif not on and self._subscriber is not None:
-                self._subscriber.close()
-                self._subscriber = self._newest = None
-
-    def _take(self, message: DynamicMessage) -> None:
-        self._newest = message
-
-    def frames(self) -> tuple[bytes, ...] | None:
-        """Return the newest costmap as frames; None if there is none. Each message is encoded once."""
-        message = self._newest
-        if message is not self._framed[0]:
-            self._framed = message, self._encode(message)
-        return self._framed[1]
-
-    def _encode(self, message: DynamicMessage | None) -> tuple[bytes, ...] | None:
-        if message is None:
-            return None
-        try:
-            grid = grid_from_message(message)
-            return costmap_frames(grid.cells, grid.resolution, grid.origin)
-        except (ValueError, RosError) as error:
-            _logger.warning("! %s: %s", COSTMAP_TOPIC, error)
-            return None

@@ -12,7 +12,7 @@ import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 from functools import partial
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from rosproto.aio import Pool
 from rosproto.errors import RosError
@@ -20,12 +20,13 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.feed.feed import Reading
 from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.gridmap import grid_from_message
 from woosh_pure.maps.marks import UserMark
 from woosh_pure.values.state import LaserScan
-from woosh_pure.web.camera import jpeg_of
+from woosh_pure.web.camera import SharedFeed, jpeg_of
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live import robot_state
-from woosh_pure.web.live.frames import Costmap, camera_frame, scan_frame
+from woosh_pure.web.live.frames import camera_frame, costmap_frames, scan_frame
 from woosh_pure.web.marks import mark_part
 from woosh_pure.web.robot import ALSO_SHOWN, Robot
 from woosh_pure.web.snapshot import NewestReadings, ages, pose_part, state_parts, text_of
@@ -34,7 +35,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 Content = str | bytes | tuple[bytes, ...]
 _logger = get_logger("woosh_pure.web")
-TICK, SLOW, CAMERA_EVERY, SCAN_EVERY, MAP_EVERY = 0.05, 0.4, 0.2, 0.1, 5.0
+TICK, SLOW, PICTURE_EVERY, SCAN_EVERY, MAP_EVERY = 0.05, 0.4, 0.2, 0.1, 5.0
 LOST_AFTER = 1.5
 """A robot counts as lost after this time without a message; a running chassis sends many a second."""
 STATE_PARTS = (
@@ -53,6 +54,14 @@ async def _keep_running(loop: Callable[[], Awaitable[None]]) -> None:
             await asyncio.sleep(1.0)
 
 
+def _encoded(what: str, value: Any) -> Content:
+    """Encode a picture of a camera, or the costmap in its parts."""
+    if what != "costmap":
+        return camera_frame(what, jpeg_of(value))
+    grid = grid_from_message(value)
+    return costmap_frames(grid.cells, grid.resolution, grid.origin)
+
+
 class Hub:
     """The hub of one robot. Used in the event loop only; it calls the robot in threads.
 
@@ -66,8 +75,8 @@ class Hub:
         self._viewers: set[Callable[[], None]] = set()
         self._version = 0
         self._tasks: list[asyncio.Task[None]] = []
-        self._watched = dict.fromkeys(("color", "depth", "costmap"), 0)
-        self._costmap = Costmap(robot)
+        self._pictures: dict[str, SharedFeed[Any]] = {**robot.cameras, "costmap": robot.costmap}
+        self._watched = dict.fromkeys(self._pictures, 0)
         self._seen: dict[str, float] = {}
         self._failed: set[str] = set()  # parts that could not be shown; logged once
         self._counts: deque[tuple[float, dict[str, int]]] = deque(maxlen=60)
@@ -79,12 +88,12 @@ class Hub:
         """Add a viewer; its `wake()` is called when something is new."""
         self._viewers.add(wake)
         if not self._tasks:
-            cameras = [partial(self._camera_loop, source) for source in self.robot.cameras]
+            pictures = [partial(self._picture_loop, what) for what in self._pictures]
             loops: list[Callable[[], Awaitable[None]]] = [
                 self._fast_loop,
                 self._slow_loop,
                 self._map_loop,
-                *cameras,
+                *pictures,
             ]
             self._tasks = [asyncio.ensure_future(_keep_running(loop)) for loop in loops]
 
@@ -97,20 +106,17 @@ class Hub:
                 task.cancel()
             self.newest.clear()  # the next viewer must not get old values first
             self._seen.clear()
-            for camera in self.robot.cameras.values():
-                self._workers.start(camera.close_idle, 0.0)
+            for shared in self._pictures.values():
+                self._workers.start(shared.close_idle, 0.0)
 
     async def watch(self, what: str, on: bool) -> None:
         """Count a viewer of "color", "depth" or "costmap" in or out."""
         self._watched[what] = max(0, self._watched[what] + (1 if on else -1))
-        if what == "costmap":
-            want = partial(self._costmap.set_wanted, self._watched[what] > 0)
-            await self._in_thread(want, asks_robot=False)
-            return
-        camera = self.robot.cameras[what]
-        await self._in_thread(camera.add_viewer if on else camera.remove_viewer, asks_robot=False)
+        shared = self._pictures[what]
+        await self._in_thread(shared.add_viewer if on else shared.remove_viewer, asks_robot=False)
         if not self._watched[what]:
-            self.newest.pop(f"camera {what}", None)
+            self.newest.pop(what, None)
+            self._seen.pop(what, None)  # a latched value is shown again to the next viewer
 
     def put(self, kind: str, content: Content, *, again: bool = False) -> None:
         """Set the content of a kind. Equal content gets no new version, unless `again` is true."""
@@ -178,11 +184,8 @@ class Hub:
             points = await self._in_thread(lambda: robot_state.path_points(robot))
             if points is not None:
                 self.put("plan", text_of({"t": "plan", "points": points}))
-            frames = await self._in_thread(self._costmap.frames)
-            if frames is not None and self._watched["costmap"]:
-                self.put("costmap", frames)
-            for camera in robot.cameras.values():
-                await self._in_thread(camera.close_idle)
+            for shared in self._pictures.values():
+                await self._in_thread(shared.close_idle)
             self.wake()
             await asyncio.sleep(SLOW)
 
@@ -194,16 +197,16 @@ class Hub:
                 self.wake()
             await asyncio.sleep(MAP_EVERY)
 
-    async def _camera_loop(self, source: str) -> None:
-        camera = self.robot.cameras[source]
+    async def _picture_loop(self, what: str) -> None:
+        shared = self._pictures[what]
         while True:
-            reading = camera.newest() if self._watched[source] else None
-            if reading is not None and self._is_new(source, reading.received):
-                jpeg = await self._in_thread(partial(jpeg_of, reading.value))
-                if jpeg is not None and self._watched[source]:
-                    self.put(f"camera {source}", camera_frame(source, jpeg), again=True)
+            reading = shared.newest() if self._watched[what] else None
+            if reading is not None and self._is_new(what, reading.received):
+                content = await self._in_thread(partial(_encoded, what, reading.value))
+                if content is not None and self._watched[what]:
+                    self.put(what, content, again=True)
                     self.wake()
-            await asyncio.sleep(CAMERA_EVERY if self._watched[source] else 0.2)
+            await asyncio.sleep(PICTURE_EVERY)
 
     async def _in_thread(self, ask: Callable[[], T], *, asks_robot: bool = True) -> T | None:
         """Call in a thread; None without an answer. The page shows the age of its values."""
