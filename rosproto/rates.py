@@ -155,6 +155,6 @@ def hz_table(found: Mapping[str, Statistics | None]) -> str:
 
 def _spread(found: Statistics) -> str:
     return (
-        f"\tmin: {found.least:.3f}s max: {found.most:.3f}s "
+        f"\tmin: {found.minimum:.3f}s max: {found.maximum:.3f}s "
         f"std dev: {found.deviation:.5f}s window: {found.messages}"
     )
