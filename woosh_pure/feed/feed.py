@@ -197,10 +197,12 @@ class Feed(Newest[T]):
 
     def connect(self) -> None:
         """Subscribe; the first time, wait until the links are up, except in a callback of this feed."""
-        if not self._settled and not self._closed and threading.get_ident() not in self._calling:
-            self.wait_connected()
-        else:
+        if self._settled and self._subscriber is not None:
+            return
+        if self._closed or threading.get_ident() in self._calling:
             self.open()
+        else:
+            self.wait_connected()
 
     def close(self) -> None:
         """End the subscription and wake all waiting threads. What was heard can still be read."""

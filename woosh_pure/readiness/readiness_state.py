@@ -15,6 +15,7 @@ from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
 from woosh_pure.errors import MotionRefused
 from woosh_pure.faults import ActiveFaults, Faults, StatusCode
+from woosh_pure.feed.feed import Feed
 from woosh_pure.feed.feeds import Feeds
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.readiness.assessment import Refusals, assess, lacks_code, status_shows_fitness, triggered_keys
@@ -110,7 +111,9 @@ class ReadinessState:
         require_not_over: Callable[[], object],
     ) -> None:
         self._connection = connection
-        self._feeds = feeds
+        self._battery, self._status, self._status_code, self._inputs, self._velocity = (
+            feeds.get(name) for name in ("battery", "status", "status_code", "inputs", "velocity")
+        )
         self._own_tasks = own_tasks
         self._require_not_over = require_not_over
         self._lock = threading.Lock()
@@ -122,18 +125,8 @@ class ReadinessState:
         self.other_goals = OtherGoals()
         self.refusals = Refusals()
 
-    def watch_faults(self) -> None:
-        """Start tracking active faults; once this returns, no code is missed."""
-        feed = self._feeds.get("status_code")
-        with self._lock:
-            watching, self._watching = self._watching, True
-        if not watching:
-            feed.on(self._on_status_code)
-        else:
-            feed.connect()  # even if another thread was first
-
     def _on_status_code(self, code: StatusCode) -> None:
-        feed = self._feeds.get("status_code")
+        feed = self._status_code
         told = next((one for one in reversed(feed.known_history) if one.value is code), None)
         header = {} if told is None else told.message._connection_header or {}
         links = frozenset(link for link in feed.links if link.node == header.get("callerid"))
@@ -143,7 +136,7 @@ class ReadinessState:
 
     def active_faults(self) -> Faults:
         """The active faults received since this Chassis began to listen, and whether there are no others."""
-        self._listen("status", "status_code")
+        self._listen(self._status, self._status_code)
         status, outdated = self._status_known()
         faults, _ = self._known_faults(status, outdated)
         return Faults(faults, None if status is None or outdated else status.robot_state)
@@ -152,7 +145,7 @@ class ReadinessState:
         """The known reasons against moving; the first call waits until its links are connected."""
         if (scope := current()) is not None:
             scope.require_wanted("readiness")  # `wait_until_ready` calls this repeatedly
-        self._listen("battery", "status", "status_code", "inputs")
+        self._listen(self._battery, self._status, self._status_code, self._inputs)
         self.other_goals.listen(self._connection.open_node())
         return self.explained_readiness()
 
@@ -168,15 +161,14 @@ class ReadinessState:
 
     def awaits_code(self, readiness: Readiness | None) -> bool:
         """Whether a fault without a code is so recent that the code may still come; never waits."""
-        feed = self._feeds.used("status")
-        status = None if feed is None or feed.in_callback else feed.known
-        fresh = status is not None and status.age < _CODE_FOLLOWS
-        return fresh and readiness is not None and lacks_code(readiness)
+        if readiness is None or not lacks_code(readiness) or self._status.in_callback:
+            return False
+        status = self._status.known
+        return status is not None and status.age < _CODE_FOLLOWS
 
     def known_readiness(self) -> Readiness:
         """As `readiness`, from the messages received so far. Never waits, so a drive may call it any time."""
-        feed = self._feeds.used("battery")
-        battery = None if feed is None else feed.known
+        battery, inputs = self._battery.known, self._inputs.known
         charging = None if battery is None or battery.age > _STALE else battery.value.charging
         status, outdated = self._status_known()
         faults, before = self._known_faults(status, outdated)
@@ -187,7 +179,7 @@ class ReadinessState:
             self._own_tasks(),
             self.other_goals.active(),
             faults_before=before,
-            keys=triggered_keys(self._known("inputs")),
+            keys=() if inputs is None else triggered_keys(inputs.value),
             refusals=self.refusals.reasons(),
             link_lost=outdated,
             has_moved=self._has_moved,
@@ -195,16 +187,13 @@ class ReadinessState:
 
     def _status_known(self) -> tuple[RobotStatus | None, bool]:
         """The last /robot_status, and whether it may be out of date; never waits."""
-        feed = self._feeds.used("status")
-        if feed is None:
-            return None, False
-        self._look_at_links(feed.links)
-        reading = feed.known
+        self._look_at_links(self._status.links)
+        reading = self._status.known
         if reading is None:
             return None, False
         if status_shows_fitness(reading.value):
             self.refusals.end_before(reading.received)
-        return reading.value, feed.outdated
+        return reading.value, self._status.outdated
 
     def _look_at_links(self, up: frozenset[object]) -> None:
         """Discard facts learned by moving if a lost link shows that the robot may have restarted."""
@@ -217,10 +206,8 @@ class ReadinessState:
         self, status: RobotStatus | None, outdated: bool
     ) -> tuple[tuple[StatusCode, ...], tuple[StatusCode, ...]]:
         """Active faults, and faults that may be over; never waits."""
-        feed = self._feeds.used("status_code")
         with self._fault_lock:
-            if feed is not None:
-                self._faults.keep_links(feed.links)
+            self._faults.keep_links(self._status_code.links)
             if status is not None and not outdated and status_shows_fitness(status):
                 self._faults.forget_before()
             return self._faults.active, self._faults.before
@@ -248,17 +235,16 @@ class ReadinessState:
                 None if status is None else status.robot_state,
             )
 
-    def _listen(self, *names: str) -> None:
-        feeds = [self._feeds.get(name).open() for name in names]  # so that they connect at the same time
-        if "status_code" in names:
-            self.watch_faults()
-        for feed in feeds:
+    def _listen(self, *feeds: Feed[Any]) -> None:
+        """Subscribe and start tracking active faults; once this returns, no code is missed."""
+        for feed in feeds:  # all of them before the first wait, so that they connect at the same time
+            feed.open()
+        with self._lock:
+            watching, self._watching = self._watching, True
+        if not watching:
+            self._status_code.on(self._on_status_code)
+        for feed in feeds:  # also those that another thread has opened
             feed.connect()
-
-    def _known(self, name: str) -> Any:
-        feed = self._feeds.used(name)
-        reading = None if feed is None else feed.known
-        return None if reading is None else reading.value
 
     def require_ready(self, what: str, check: bool) -> None:
         """Refuse if a known reason blocks every motion; if none is known, the chassis decides.
@@ -268,7 +254,7 @@ class ReadinessState:
         """
         self._connection.require_open()
         self._require_not_over()
-        self._listen("battery", "status", "status_code", "velocity")
+        self._listen(self._battery, self._status, self._status_code, self._velocity)
         readiness = self.explained_readiness()
         if check and readiness.refuses:
             raise MotionRefused(say("{what} refused, nothing was sent", what=what), readiness=readiness)
