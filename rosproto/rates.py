@@ -50,12 +50,12 @@ class Window:
         self.values: deque[float] = deque(maxlen=max(0, messages - 1))
         self.last = 0.0
         self._first: float | None = None
-        self._told = 0.0
+        self._reported = 0.0
 
     @property
     def fresh(self) -> bool:
         """Whether a message has arrived since the last `statistics`."""
-        return bool(self.values) and self.last != self._told
+        return bool(self.values) and self.last != self._reported
 
     def add(self, now: float, delay: float | None = None) -> None:
         """Add a message that arrived at `now` (seconds): its delay if given, else the interval since the
@@ -73,7 +73,7 @@ class Window:
 
     def statistics(self) -> Statistics | None:
         """Statistics of the window; None before the first value. Marks them as seen."""
-        self._told = self.last
+        self._reported = self.last
         values = self.values
         if not values:
             return None

@@ -5,6 +5,7 @@ The text of each gives the event, the expectation and the remedy; the facts are 
 
 from __future__ import annotations
 
+from rosproto.deprecation import former_attribute, former_parameters
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import both, shown
 from woosh_pure.outcome import Outcome, OutcomeKind
@@ -25,20 +26,23 @@ class MotionRefused(ChassisError):
 
     Attributes:
         readiness: The readiness at that moment; None if an argument of the call was the reason.
-        said: The chassis's own text; "" if it was not asked or gave none.
+        robot_text: The chassis's own text; "" if it was not asked or gave none.
         reasons: The reasons, for programs: those of `readiness`, or one about the call. Never empty.
     """
 
     exit_code = 3
 
-    def __init__(self, message: str, *, readiness: Readiness | None = None, said: str = "") -> None:
+    @former_parameters(said="robot_text")
+    def __init__(self, message: str, *, readiness: Readiness | None = None, robot_text: str = "") -> None:
         against = () if readiness is None else readiness.reasons
         key = ReasonKey.CALL if readiness is None else ReasonKey.REFUSED
         self.reasons: tuple[Reason, ...] = against or (Reason(key, message),)
         unsaid = (ReasonKey.UNKNOWN, ReasonKey.REFUSED)  # not known, or already in `message`
         super().__init__(both(message, *(reason.text for reason in against if reason.key not in unsaid)))
         self.readiness = readiness
-        self.said = said
+        self.robot_text = robot_text
+
+    said = former_attribute("said", "robot_text")
 
 
 class FirmwareLimit(ChassisError):

@@ -147,7 +147,7 @@ class GoalTracker:
     def state(self, goal: SentGoal) -> CommState:
         """Where a goal is; in a transition callback the state it was called for."""
         if goal.on_transition is not None and self.in_callback:
-            return goal.told
+            return goal.reported
         return goal.machine.state
 
     @property
@@ -374,7 +374,7 @@ class GoalTracker:
                 goal.finished = True
 
     def _call_transition(self, goal: SentGoal, state: CommState) -> None:
-        goal.told = state
+        goal.reported = state
         assert goal.on_transition is not None
         try:
             goal.on_transition()

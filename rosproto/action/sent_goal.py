@@ -39,7 +39,7 @@ class SentGoal:
         ended_at: When a status first said that it has ended, while the result is still to come; else None.
         on_feedback: Called with each feedback message; None to keep the messages only.
         on_transition: Called for each state passed.
-        told: The state that `on_transition` was last called for.
+        reported: The state that `on_transition` was last called for.
         finished: True when the goal has ended and `on_transition` has returned from its last call.
         feedback: The latest feedback messages that nobody has taken yet.
         feedback_dropped: How many feedback messages were lost on the way to their reader.
@@ -53,7 +53,7 @@ class SentGoal:
     ended_at: float | None = None
     on_feedback: Callable[[Any], object] | None = None
     on_transition: Callable[[], object] | None = None
-    told: CommState = CommState.WAITING_FOR_GOAL_ACK
+    reported: CommState = CommState.WAITING_FOR_GOAL_ACK
     finished: bool = False
     feedback: deque[Any] = field(default_factory=lambda: deque(maxlen=FEEDBACK_KEPT))
     feedback_dropped: int = 0

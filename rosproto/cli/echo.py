@@ -86,19 +86,19 @@ def _arrivals(node: Any, topics: list[str], timeout: float | None) -> Iterator[A
     """Yield the messages of all topics in order of arrival."""
     came: Queue[Arrival] = Queue()
     subscribers = [node.subscriber(topic, None, _put(came, topic), queue_size=1000) for topic in topics]
-    began, told = time.monotonic(), False
+    began, warned = time.monotonic(), False
     while True:
         try:
             # In short steps: Windows delivers no Ctrl-C during an endless wait.
             yield came.get(timeout=0.5 if timeout is None else min(timeout, 0.5))
-            began, told = time.monotonic(), True
+            began, warned = time.monotonic(), True
         except Empty:
             silent = time.monotonic() - began
             if timeout is not None and silent >= timeout:
                 raise RosTimeout(_silence(topics, subscribers, timeout)) from None
-            if silent > PATIENCE and not told and timeout is None:
+            if silent > PATIENCE and not warned and timeout is None:
                 warn(_silence(topics, subscribers, PATIENCE) + "; still listening, Ctrl-C ends it")
-                told = True
+                warned = True
 
 
 def _put(came: Queue[Arrival], topic: str) -> Any:

@@ -123,7 +123,7 @@ class TopicReceiver:
         self._clock = node.clock
         self._put = buffer.put
         self._latest: tuple[dict[str, str], Connection | None] | None = None
-        self._told = False
+        self._warned = False
         self._told_full = False
         self._known: dict[tuple[tuple[str, str], ...], Connection] = {}
         self._known_characters = 0
@@ -142,8 +142,8 @@ class TopicReceiver:
 
     def _leave_out(self, header: dict[str, str]) -> None:
         """Warn about a publisher of AnyMsg: without a type its messages could not be read from a bag."""
-        if not self._told:
-            self._told = True
+        if not self._warned:
+            self._warned = True
             _log.warning(
                 "! %s: %s publishes AnyMsg, which has no type; it is not recorded",
                 self._topic,

@@ -124,8 +124,8 @@ class HostNames:
                     del self._unknown[min(self._unknown, key=self._unknown.__getitem__)]
                 self._unknown[key] = time.monotonic()
             self._warned += first
-            told = self._warned <= MAX_NAMES
-        if first and told and not self._quiet:
+            logged = self._warned <= MAX_NAMES
+        if first and logged and not self._quiet:
             _log.warning(
                 "! host name %r cannot be resolved here: trying the master's address %s for it; if it is "
                 "another computer, give its own with --resolve %s=ADDRESS (resolve= in Python)",

@@ -166,7 +166,7 @@ class _Watch:
         complete: Whether all parts were made, and know whether a connection is expected. Then they tell
             whether it is ready; else it stays as `failed` says.
         failed: Why it could not be prepared.
-        told: The problem that was reported last.
+        reported: The problem that was reported last.
         repair_at: When the next attempt to prepare it may begin; infinite during one.
     """
 
@@ -174,7 +174,7 @@ class _Watch:
     parts: list[_LastMessage | _LastCall]
     complete: bool = False
     failed: str = ""
-    told: str = ""
+    reported: str = ""
     repair_at: float = 0.0
 
     @property
@@ -271,8 +271,8 @@ class WatchdogProcess:
                 watch.repair_at = math.inf
                 work = partial(self._prepare, watch.line, repair=True)
                 threading.Thread(target=work, name="rosproto:prepare", daemon=True).start()
-            if tell or problem != watch.told:
-                watch.told = problem
+            if tell or problem != watch.reported:
+                watch.reported = problem
                 self._answer(Ready(key, problem))
 
     def _obey(self, line: Line) -> None:
@@ -317,7 +317,7 @@ class WatchdogProcess:
     def _prepared(self, watch: _Watch) -> None:
         key = watch.line.key
         self._ready[key] = watch
-        watch.repair_at, watch.told = time.monotonic() + REPAIR_SECONDS, watch.failed
+        watch.repair_at, watch.reported = time.monotonic() + REPAIR_SECONDS, watch.failed
         armed = self._preparing.pop(key)
         if key in self._dropped:
             self._dropped.discard(key)
@@ -339,7 +339,7 @@ class WatchdogProcess:
         for old, new in zip(before.parts, watch.parts, strict=False):
             if isinstance(old, _LastMessage) and isinstance(new, _LastMessage):
                 new.data = old.data
-        watch.told, watch.repair_at = before.told, time.monotonic() + REPAIR_SECONDS
+        watch.reported, watch.repair_at = before.reported, time.monotonic() + REPAIR_SECONDS
         self._ready[key] = watch
         before.close()
         if key in self._table.armed:

@@ -68,7 +68,7 @@ class Watch:
     def __init__(self, owner: Watchdog, line: Prepare) -> None:
         self._owner = owner
         self._line = line
-        self._told = threading.Event()
+        self._has_report = threading.Event()
         self.armed = line.armed
         self._data: tuple[bytes, ...] = ()
         self._problem: str | None = None
@@ -101,7 +101,7 @@ class Watch:
 
     def wait(self, seconds: float) -> None:
         """Wait until the watchdog is ready, or has reported a problem."""
-        self._told.wait(seconds)
+        self._has_report.wait(seconds)
 
     # -- for the watchdog
 
@@ -115,13 +115,13 @@ class Watch:
     def forgotten(self) -> None:
         """The process has ended, and the next one does not know this watch yet."""
         self._problem = "its process has ended"
-        self._told.clear()
+        self._has_report.clear()
 
     def answered(self, problem: str) -> str | None:
         """The process has reported, or never will. Return the problem before, None if there was no report."""
         before, self._problem = self._problem, problem
         self._looks = 0
-        self._told.set()
+        self._has_report.set()
         return before
 
     def look(self) -> bool:

@@ -12,6 +12,7 @@ from rosproto.gateway import Outbox
 from rosproto.node import MasterClient, Node
 from rosproto.recording import Recorder
 from rosproto.tf import History
+from woosh_pure.errors import MotionRefused
 
 
 @pytest.mark.parametrize(
@@ -64,7 +65,13 @@ def test_an_old_attribute_is_the_new_one_with_a_warning() -> None:
 
 @pytest.mark.parametrize(
     ("kind", "old"),
-    [(Node, "registering"), (Node, "revisions"), (Node, "look_at_master"), (MasterClient, "several")],
+    [
+        (Node, "registering"),
+        (Node, "revisions"),
+        (Node, "look_at_master"),
+        (MasterClient, "several"),
+        (MotionRefused, "said"),
+    ],
 )
 def test_the_attributes_of_the_last_release_are_deprecated(kind: type, old: str) -> None:
     assert getattr(kind, old).__doc__.startswith("Deprecated: ")

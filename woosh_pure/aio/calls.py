@@ -53,7 +53,7 @@ class ThreadCalls:
                 await self.finish(scope.end)
             raise
         except GeneratorExit:  # the loop is closed
-            self.let_go(scope.end)
+            self.spawn(scope.end)
             raise
         self.begun.update(scope.things)
         return result
@@ -66,7 +66,7 @@ class ThreadCalls:
             await self.finish(end)
             raise
         except GeneratorExit:
-            self.let_go(end)
+            self.spawn(end)
             raise
 
     async def finish(self, function: Callable[[], T]) -> T:
@@ -77,7 +77,7 @@ class ThreadCalls:
         """Call something that opens something; when cancelled, it is closed again."""
         return await self._pool.run(function, dispose=dispose)
 
-    def let_go(self, function: Callable[[], object]) -> None:
+    def spawn(self, function: Callable[[], object]) -> None:
         """Call something in a thread, for a caller that cannot await. It must not raise."""
         self._pool.spawn(function)
 

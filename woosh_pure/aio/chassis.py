@@ -170,7 +170,7 @@ class Chassis(Readings):
             return
         leave = self._end_begun if self._shared else lambda: self.chassis.__exit__(kind, error, trace)
         if kind is GeneratorExit:  # the loop was closed inside the block
-            self._calls.let_go(leave)
+            self._calls.spawn(leave)
             return
         try:
             await self._calls.finish(leave)

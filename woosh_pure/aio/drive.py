@@ -114,6 +114,6 @@ class VelocityBlock:
         if drive is None:
             return
         if kind is GeneratorExit:  # the loop was closed over the block
-            self._calls.let_go(drive.abandon)
+            self._calls.spawn(drive.abandon)
         else:
             await self._calls.finish(lambda: drive.__exit__(kind, error, trace))

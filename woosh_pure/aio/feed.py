@@ -68,7 +68,7 @@ class Feed(Newest[T]):
     def reading(self) -> Reading[T] | None:
         """The newest reading, None when nothing was heard yet."""
         if not self.feed.opened:
-            self._calls.let_go(self._subscribe)
+            self._calls.spawn(self._subscribe)
         return self.feed.known
 
     def _subscribe(self) -> None:

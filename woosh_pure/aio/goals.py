@@ -262,7 +262,7 @@ class Goal(Coroutine[Any, Any, Outcome], Generic[H]):
         if handle is None or handle.done:
             return
         if kind is GeneratorExit:  # the loop was closed over the block
-            self._calls.let_go(handle._end)
+            self._calls.spawn(handle._end)
         elif kind is None:
             await handle.cancel()
         else:

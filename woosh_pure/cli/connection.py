@@ -154,7 +154,7 @@ def _may_move(chassis: Chassis, error: BaseException) -> bool:
     """Whether a motion of this process may still run. A stop would also disturb motions of others."""
     from woosh_pure.chassis import components_of
 
-    if chassis.under_way or components_of(chassis).motions.just_let_go:
+    if chassis.under_way or components_of(chassis).motions.just_cancelled:
         return True
 
     outcome = getattr(error, "outcome", None)

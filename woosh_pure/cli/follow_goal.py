@@ -42,10 +42,10 @@ def follow(
     out.line("{what} ...", what=say(describe))
     live = not out.as_json and is_terminal(sys.stdout)
     every = _LIVE if live else _PLAIN
-    due, said = time.monotonic() + min(every, 1.0), ""
+    due, shown = time.monotonic() + min(every, 1.0), ""
 
     def show() -> None:
-        nonlocal due, said
+        nonlocal due, shown
         if time.monotonic() < due:
             return
         due = time.monotonic() + every
@@ -54,8 +54,8 @@ def follow(
             text = line.text(text, getattr(handle.latest_progress, "percent", None))
         if live:
             progress.show(f"  {out.say(text)}")
-        elif text and text != said:
-            said = text
+        elif text and text != shown:
+            shown = text
             out.line(" ", text)
 
     with Progress("", stream=sys.stdout, quiet=not live) as progress:
@@ -114,11 +114,11 @@ class DriveLine:
         chassis.pose.open()
         chassis.feed("plan").open()
 
-    def text(self, said: str, percent: float | None = None) -> str:
+    def text(self, progress: str, percent: float | None = None) -> str:
         """Return the line with all known values.
 
         Args:
-            said: The goal's own progress text, or "".
+            progress: The goal's own progress text, or "".
             percent: The goal's progress, if known.
         """
         seconds = self._clock() - self._began
@@ -126,14 +126,16 @@ class DriveLine:
         left = None if here is None else self._left(here)
         parts = [say("{seconds:.0f} s", seconds=seconds)]
         if percent is not None:
-            parts.append(_about(say(said), seconds * (100.0 - percent) / percent if percent > 2.0 else None))
+            # The rest takes as long as the part that is done, once that part is large enough to tell.
+            seconds_left = seconds * (100.0 - percent) / percent if percent > 2.0 else None
+            parts.append(_about(say(progress), seconds_left))
         elif left is not None:
             parts.append(_about(say("{metres:.1f} m left", metres=left), self._seconds_left(left)))
         if here is not None:
             where = say("x {x:.2f} m, y {y:.2f} m, {yaw:.0f}°", x=here.x, y=here.y, yaw=here.yaw_degrees)
             parts.append(say("at {where}", where=where))
-        if percent is None and left is None and said:
-            parts.append(say(said))
+        if percent is None and left is None and progress:
+            parts.append(say(progress))
         return functools.reduce(lambda a, b: say("{first}   {second}", first=a, second=b), parts)
 
     def _left(self, here: Pose2D) -> float | None:

@@ -169,8 +169,8 @@ def check_nodes(
         try:
             host, port = parse_uri(client.lookup_node(node))
         except (RosError, ValueError) as error:
-            told = error.text if isinstance(error, MasterError) else error
-            untold = say("the master cannot tell where it is: {error}", error=told)
+            reason = error.text if isinstance(error, MasterError) else error
+            untold = say("the master cannot tell where it is: {error}", error=reason)
             others.setdefault(untold, []).append(node)
             continue
         problem = _reach(host, port, hosts, timeout)

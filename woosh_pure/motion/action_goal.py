@@ -79,8 +79,8 @@ class ActionMotion(Motion[Any]):
         since = motions.since if since is None else since
         client = self.components.clients.action(self.server)
         require_goal(client, message)
-        letting_go = self.letting_go()
-        let_go = partial(motions.executor.put, letting_go)
+        cancel_job = self.cancel_job()
+        start_cancel = partial(motions.executor.put, cancel_job)
         goal_id = self._new_goal_id(client)
         try:
             motions.add_goal(self, since, check=check, replace=replace)
@@ -90,8 +90,8 @@ class ActionMotion(Motion[Any]):
             motions.forget_replacing(self)
             raise
         except BaseException:  # Ctrl-C: the handle is not returned, so the goal must be ended here
-            let_go()  # must be first: see `stop_executor`
-            motions.executor.hold(letting_go)
+            start_cancel()  # must be first: see `stop_executor`
+            motions.executor.hold(cancel_job)
             raise
 
     def _new_goal_id(self, client: rosproto.ActionClient) -> str:
@@ -379,8 +379,8 @@ class StepMotion(ActionMotion):
     @property
     def percent(self) -> float:
         """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
-        told = self.told
-        return 100.0 if told is not None and told.arrived else self._part.overall()
+        reported = self.reported
+        return 100.0 if reported is not None and reported.arrived else self._part.overall()
 
     def _new_goal_id(self, client: rosproto.ActionClient) -> str:
         self._part.goal_id = super()._new_goal_id(client)
@@ -531,8 +531,8 @@ class StepHandle(ActionHandle):
 
 
 def _in_a_row(steps: Sequence[Step]) -> str:
-    told = [str(step) for step in steps]
-    return functools.reduce(lambda a, b: say("{first}, then {second}", first=a, second=b), told)
+    texts = [str(step) for step in steps]
+    return functools.reduce(lambda a, b: say("{first}, then {second}", first=a, second=b), texts)
 
 
 def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> DynamicMessage:

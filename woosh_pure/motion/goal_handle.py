@@ -70,7 +70,7 @@ class GoalHandle(Generic[P]):
         return self._motion.holds_the_base
 
     def __repr__(self) -> str:
-        outcome = self._motion.told  # not `if outcome`: an outcome other than arrival is falsy
+        outcome = self._motion.reported  # not `if outcome`: an outcome other than arrival is falsy
         state = "running" if outcome is None else outcome.kind.value
         return f"<{type(self).__name__} {self.description}: {state}>"
 
@@ -150,15 +150,15 @@ class GoalHandle(Generic[P]):
                     )
                 )
             executor = self._motion.components.motions.executor
-            letting_go = self._motion.letting_go(waited_for=True)
-            let_go = partial(executor.put, letting_go)
+            cancel_job = self._motion.cancel_job(waited_for=True)
+            start_cancel = partial(executor.put, cancel_job)
             try:
                 if not self._motion.wait(seconds, meanwhile):
                     executor.do(lambda: self._motion.time_out(seconds or 0.0), _TIME_OUT_SECONDS)
                 outcome = self._motion.confirmed()
             except BaseException:
-                let_go()  # must be first: see `stop_executor`
-                executor.hold(letting_go)
+                start_cancel()  # must be first: see `stop_executor`
+                executor.hold(cancel_job)
                 raise
             if raises and not outcome.arrived:
                 raise GoalFailed(outcome)

@@ -31,7 +31,7 @@ P = TypeVar("P")
 R = TypeVar("R")
 logger = get_logger("woosh_pure.goal")
 _AGAIN = 1.0  # seconds between two cancels
-_LET_GO_SECONDS = 6.0
+_CANCEL_SECONDS = 6.0
 
 _BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
 _REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
@@ -50,12 +50,12 @@ class Motion(ABC, Generic[P]):
         components, description, task_id, server: As given.
         newest: The newest progress, None before the first.
         over: Set with the outcome.
-        told: The outcome, None before it is reported; `outcome` looks for an end first.
+        reported: The outcome, None before it is reported; `outcome` looks for an end first.
         why: The reason why this client asked for its end; "" while it has not.
         replaced_by: The description of our motion that replaces it; "" for none.
         marked: Whether a caller without stack has asked for its end, see `immediate_stop`.
-        let_go: Time (monotonic clock) of the cancel because its caller no longer waits; None if there was
-            none, or a stop has reported it since.
+        cancelled_at: Time (monotonic clock) of the cancel because its caller no longer waits; None if there
+            was none, or a stop has reported it since.
     """
 
     def __init__(
@@ -66,11 +66,11 @@ class Motion(ABC, Generic[P]):
         self.task_id, self.server = task_id, server
         self.newest: P | None = None
         self.over = Flag()
-        self.told: Outcome | None = None
+        self.reported: Outcome | None = None
         self.why = ""
         self.replaced_by = ""
         self.marked = False
-        self.let_go: float | None = None
+        self.cancelled_at: float | None = None
         self._callbacks: list[Callable[[P], object]] = []
         self._calling: set[int] = set()
         self._events: list[Event] = []
@@ -188,9 +188,9 @@ class Motion(ABC, Generic[P]):
     @property
     def outcome(self) -> Outcome | None:
         """The outcome, None while it runs."""
-        if self.told is None:
+        if self.reported is None:
             self.check()
-        return self.told
+        return self.reported
 
     @property
     def done(self) -> bool:
@@ -283,11 +283,11 @@ class Motion(ABC, Generic[P]):
         elif self.replaced_by and kind in _REPLACEABLE:
             kind, self.why = OutcomeKind.REPLACED, say("replaced by {goal}", goal=self.replaced_by)
         ours = self.why if kind in _BY_US else ""
-        self.told = outcome = Outcome(kind, self.description, text, code, stopped, self.seconds, ours)
+        self.reported = outcome = Outcome(kind, self.description, text, code, stopped, self.seconds, ours)
         self.over.set()
         if not may_go_on:
             self.components.watchdog_client.over(self)
-        self.components.readiness_state.note_outcome(outcome, drives=self.drives, told=bool(self.task_id))
+        self.components.readiness_state.note_outcome(outcome, drives=self.drives, reported=bool(self.task_id))
 
     def see_end(self) -> None:
         """Mark that the robot has ended it, after the outcome was reported without that."""
@@ -295,8 +295,8 @@ class Motion(ABC, Generic[P]):
             return
         self._note(Event.END)
         self.components.watchdog_client.over(self)
-        if self.told is not None and self.told.text == NOT_CONFIRMED:
-            self.told = replace(self.told, text="")
+        if self.reported is not None and self.reported.text == NOT_CONFIRMED:
+            self.reported = replace(self.reported, text="")
 
     def wait(self, timeout: float | None, meanwhile: Callable[[], object] | None = None) -> bool:
         """Wait for the outcome; False when time is up."""
@@ -323,16 +323,17 @@ class Motion(ABC, Generic[P]):
         if sent and not confirmed:
             text = both(text, NOT_CONFIRMED)
         self.finish(OutcomeKind.TIMED_OUT, text, None, standing, may_go_on=not confirmed)
-        if self.told is not None and self.told.kind is OutcomeKind.TIMED_OUT and self.told.stopped is None:
-            self.told = replace(self.told, stopped=standing)  # the robot reported the end meanwhile
+        outcome = self.reported  # another one than ours, if the robot reported the end meanwhile
+        if outcome is not None and outcome.kind is OutcomeKind.TIMED_OUT and outcome.stopped is None:
+            self.reported = replace(outcome, stopped=standing)
 
     def confirmed(self) -> Outcome:
         """The outcome; unless the robot arrived, it says whether the robot was seen to stand still."""
-        outcome = self.told
+        outcome = self.reported
         assert outcome is not None, "a goal that is waited for has ended"
         unknown = not outcome.arrived and outcome.stopped is None
         if unknown and outcome.kind is not OutcomeKind.CONNECTION_LOST:
-            self.told = outcome = replace(outcome, stopped=self.components.feeds.wait_standing(2.0))
+            self.reported = outcome = replace(outcome, stopped=self.components.feeds.wait_standing(2.0))
         return outcome
 
     def end(self, timeout: float, why: str) -> Outcome:
@@ -357,8 +358,8 @@ class Motion(ABC, Generic[P]):
                 self.finish(OutcomeKind.CANCELLED, NOT_CONFIRMED, None, standing, may_go_on=not sure)
         elif self.may_go_on:
             self._end_late(timeout, why)
-        assert self.told is not None, "a cancelled goal has ended"
-        return self.told
+        assert self.reported is not None, "a cancelled goal has ended"
+        return self.reported
 
     def _end_late(self, timeout: float, why: str) -> None:
         self.ask_end(why)
@@ -367,23 +368,23 @@ class Motion(ABC, Generic[P]):
             raise ConnectionLost(
                 say("{goal}: cancelled, but the chassis cannot be heard; it may go on", goal=self)
             )
-        told = self.told is not None and self.told.text == NOT_CONFIRMED
+        unconfirmed = self.reported is not None and self.reported.text == NOT_CONFIRMED
         self.see_end()
-        if told and self.told is not None:
-            self.told = replace(self.told, stopped=self.components.feeds.wait_standing(2.0))
+        if unconfirmed and self.reported is not None:
+            self.reported = replace(self.reported, stopped=self.components.feeds.wait_standing(2.0))
 
-    def letting_go(self, *, waited_for: bool = False) -> Job[None]:
+    def cancel_job(self, *, waited_for: bool = False) -> Job[None]:
         """Make the executor's job that cancels a goal whose wait was interrupted or handle was lost.
 
         Args:
             waited_for: The caller has the handle, so `leave_running` leaves the goal running.
         """
-        return Job(lambda: self._let_go(waited_for), _LET_GO_SECONDS)
+        return Job(lambda: self._cancel_unwaited(waited_for), _CANCEL_SECONDS)
 
-    def _let_go(self, waited_for: bool) -> None:
+    def _cancel_unwaited(self, waited_for: bool) -> None:
         if self.gone or (waited_for and self.components.motions.leave):
             return
-        self.let_go = time.monotonic()
+        self.cancelled_at = time.monotonic()
         try:
             self.end(3.0, "its wait was interrupted")
         except RosError as error:
@@ -392,4 +393,4 @@ class Motion(ABC, Generic[P]):
     def abandon(self) -> None:
         """Cancel the goal of a cancelled asyncio task, without waiting for its end."""
         self.ask_end("its wait was interrupted")
-        self.components.motions.executor.put(self.letting_go())
+        self.components.motions.executor.put(self.cancel_job())

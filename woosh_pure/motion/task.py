@@ -78,8 +78,8 @@ class TaskMotion(Motion[RobotStatus]):
         """
         status, motions = self.components.feeds.get("status"), self.components.motions
         self._sources, self._off = status.sources, status.on(self._on_status)
-        letting_go = self.letting_go()
-        let_go = partial(motions.executor.put, letting_go)
+        cancel_job = self.cancel_job()
+        start_cancel = partial(motions.executor.put, cancel_job)
         try:
             # The cancel is prepared, on a connection of its own, before the task is sent.
             self._prepared = self.components.clients.prepared_exec_task(TaskCommand.CANCEL, self.task_id)
@@ -90,8 +90,8 @@ class TaskMotion(Motion[RobotStatus]):
             self._note_not_sent(error)
             raise
         except BaseException:  # Ctrl-C: the handle is not returned, so the task must be ended here
-            let_go()  # must be first: see `stop_executor`
-            motions.executor.hold(letting_go)
+            start_cancel()  # must be first: see `stop_executor`
+            motions.executor.hold(cancel_job)
             raise
         if not reply.success:
             self._refuse(reply)
@@ -126,8 +126,8 @@ class TaskMotion(Motion[RobotStatus]):
     def _refuse(self, reply: DynamicMessage) -> None:
         knowledge, why = self.components.readiness_state, say(reply.message or "no reason given")
         state = RobotState(reply.statusCode)
-        told = say("the last motion was refused ({what}: {why})", what=self.description, why=why)
-        knowledge.refusals.note(told, time.monotonic(), state)
+        refusal = say("the last motion was refused ({what}: {why})", what=self.description, why=why)
+        knowledge.refusals.note(refusal, time.monotonic(), state)
         raise MotionRefused(
             say(
                 "{goal}: refused by the chassis: {why} (robot state: {state})",
@@ -136,7 +136,7 @@ class TaskMotion(Motion[RobotStatus]):
                 state=state,
             ),
             readiness=knowledge.readiness(),
-            said=str(reply.message or ""),
+            robot_text=str(reply.message or ""),
         )
 
     def command(self, command: TaskCommand) -> None:
@@ -158,7 +158,7 @@ class TaskMotion(Motion[RobotStatus]):
                     why=say(reply.message or "no reason given"),
                 ),
                 readiness=self.components.readiness_state.readiness(),
-                said=str(reply.message or ""),
+                robot_text=str(reply.message or ""),
             )
 
     @property

@@ -96,8 +96,8 @@ class TaskTracker:
         if kind is not None:
             self._end(kind, status)
         elif int(status.task_state) < 0:
-            told = say("the chassis reports task state {state}", state=int(status.task_state))
-            self._end(OutcomeKind.FAILED, status, told)
+            reason = say("the chassis reports task state {state}", state=int(status.task_state))
+            self._end(OutcomeKind.FAILED, status, reason)
         elif status.robot_state is RobotState.FAULT:
             text = status.message or "the robot is in fault"
             self.ending = TaskEnd(OutcomeKind.FAILED, int(status.robot_state), text, under_way=True)

@@ -169,8 +169,8 @@ def assess(
         or (status is None and not own_tasks)  # else another reason names its task
     ]
     reasons += [Reason(ReasonKey.CHASSIS_KEY, say(KEY_TRIGGERED, number=key), False) for key in keys]
-    told = {reason.key for reason in reasons if reason.blocking}
-    reasons += [reason for reason in refusals if not told]  # otherwise the state is more exact
+    blocking_keys = {reason.key for reason in reasons if reason.blocking}
+    reasons += [reason for reason in refusals if not blocking_keys]  # otherwise the state is more exact
     return Readiness(tuple(sorted(reasons, key=_order)))
 
 

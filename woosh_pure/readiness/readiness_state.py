@@ -127,8 +127,8 @@ class ReadinessState:
 
     def _on_status_code(self, code: StatusCode) -> None:
         feed = self._status_code
-        told = next((one for one in reversed(feed.known_history) if one.value is code), None)
-        header = {} if told is None else told.message._connection_header or {}
+        reported = next((one for one in reversed(feed.known_history) if one.value is code), None)
+        header = {} if reported is None else reported.message._connection_header or {}
         links = frozenset(link for link in feed.links if link.node == header.get("callerid"))
         with self._fault_lock:
             self._faults.receive(code.code, links or feed.links)
@@ -212,13 +212,13 @@ class ReadinessState:
                 self._faults.forget_before()
             return self._faults.active, self._faults.before
 
-    def note_outcome(self, outcome: Outcome, *, drives: bool, told: bool) -> None:
+    def note_outcome(self, outcome: Outcome, *, drives: bool, reported: bool) -> None:
         """Remember how a goal ended, for `readiness`.
 
         Args:
             outcome: How it ended.
             drives: Whether the goal moves the base.
-            told: Whether /robot_status reported the end, which also makes the robot's state known.
+            reported: Whether /robot_status reported the end, which also makes the robot's state known.
         """
         if not drives:
             return
@@ -227,7 +227,7 @@ class ReadinessState:
             self.refusals.end()
         elif outcome.kind in (OutcomeKind.FAILED, OutcomeKind.REJECTED):
             self._has_moved = False
-            status = self._status_known()[0] if told else None
+            status = self._status_known()[0] if reported else None
             why = outcome.text or "no reason given"
             self.refusals.note(
                 say("the last motion was not carried out ({what}: {why})", what=outcome.description, why=why),

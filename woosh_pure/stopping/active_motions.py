@@ -277,7 +277,7 @@ class ActiveMotions:
                 scope.add(goal, goal.description, lambda: self.end(goal, 5.0))
             self._will_move()
             before = self._goals
-            self._goals = (*(other for other in before if not other.gone or _just_let_go(other)), goal)
+            self._goals = (*(other for other in before if not other.gone or _just_cancelled(other)), goal)
             try:
                 self._require_no_stop(goal.description, since)
             except BaseException:
@@ -335,15 +335,15 @@ class ActiveMotions:
 
     def take_goals(self) -> list[OwnMotion]:
         """Return the goals to cancel: those under way, and, once, those that were just let go."""
-        taken = [goal for goal in self._goals if not goal.gone or _just_let_go(goal)]
+        taken = [goal for goal in self._goals if not goal.gone or _just_cancelled(goal)]
         for goal in taken:
-            goal.let_go = None
+            goal.cancelled_at = None
         return taken
 
     @property
-    def just_let_go(self) -> bool:
+    def just_cancelled(self) -> bool:
         """Whether a goal was cancelled in the last seconds because its wait was interrupted."""
-        return any(map(_just_let_go, self._goals))
+        return any(map(_just_cancelled, self._goals))
 
     def add_drive(self, drive: Drive, since: int, *, check: bool = True) -> None:
         """Add a drive that is about to open; only one can be open.
@@ -445,8 +445,8 @@ def _report_ahead() -> StopReport:
     return StopReport(problems=[text])
 
 
-def _just_let_go(goal: OwnMotion) -> bool:
-    return goal.let_go is not None and time.monotonic() - goal.let_go < _JUST
+def _just_cancelled(goal: OwnMotion) -> bool:
+    return goal.cancelled_at is not None and time.monotonic() - goal.cancelled_at < _JUST
 
 
 def cancel_goals(goals: Sequence[OwnMotion], report: StopReport, timeout: float, why: str) -> None:

@@ -177,13 +177,13 @@ def _cancel_action(run: StopRun, name: str, cancelled: list[str]) -> None:
         return
     try:
         node, status = run.components.connection.open_node(), message_type("actionlib_msgs/GoalStatusArray")
-        told = node.subscriber(f"{name}/status", status, queue_size=1)
+        statuses = node.subscriber(f"{name}/status", status, queue_size=1)
         goal_id = message_type("actionlib_msgs/GoalID")
-        with node.publisher(topic, goal_id, queue_size=1) as publisher, told:
+        with node.publisher(topic, goal_id, queue_size=1) as publisher, statuses:
             publisher.wait_for_connection(timeout=_left(run.deadline))
             publisher.publish()
             publisher.flush(1.0)
-            if registrations.lacks_publisher(told.topic) or _ran(told):
+            if registrations.lacks_publisher(statuses.topic) or _ran(statuses):
                 cancelled.append(name)
     except (RosError, OSError, RuntimeError) as error:
         run.report.problems.append(say("cancelling {goal} ({error})", goal=name, error=error))
@@ -267,11 +267,13 @@ class OtherPrograms:
         for driver, sends in self._left.values():
             asked = (driver.node, driver.uri) in self._asked
             if asked:
-                told = say("{driver}, it was asked to end and has not", driver=driver.sentence(sends=sends))
+                problem = say(
+                    "{driver}, it was asked to end and has not", driver=driver.sentence(sends=sends)
+                )
             else:
                 only = "{driver}, which stops only when that program ends: {how}"
-                told = say(only, driver=driver.sentence(sends=sends), how=_HOW)
-            report.problems.append(told)
+                problem = say(only, driver=driver.sentence(sends=sends), how=_HOW)
+            report.problems.append(problem)
         if self._problem:
             report.problems.append(self._problem)
 

@@ -131,8 +131,8 @@ def _zeros(run: StopRun) -> None:
         except (RosError, OSError, RuntimeError) as error:
             failed.setdefault(str(error), []).append(topic)
     for why, topics in failed.items():
-        told = say("zero velocity on {topic} ({why})", topic=" and ".join(topics), why=say(why))
-        run.report.problems.append(told)
+        problem = say("zero velocity on {topic} ({why})", topic=" and ".join(topics), why=say(why))
+        run.report.problems.append(problem)
     acquired = list(waiting)
     try:
         _send_zeros(run, waiting)

@@ -27,8 +27,8 @@ def refusal(errors: Iterable[ErrorDetails], schema: Schema, parts: Schema) -> st
         schema: The schema of the checked value.
         parts: The schemas that `$ref` refers to, by name.
     """
-    told = [_one(error, schema, parts) for error in list(errors)[:MAX_ERRORS]]
-    return both(*dict.fromkeys(told))
+    sentences = [_one(error, schema, parts) for error in list(errors)[:MAX_ERRORS]]
+    return both(*dict.fromkeys(sentences))
 
 
 def _one(error: ErrorDetails, schema: Schema, parts: Schema) -> str:

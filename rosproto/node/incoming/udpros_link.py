@@ -104,7 +104,7 @@ class UdprosLink(TcprosLink):
         sock = self._sock
         assert sock is not None
         sock.settimeout(QUIET_SECONDS)
-        told = False
+        warned = False
         while True:
             try:
                 datagram = sock.recv(MAX_DATAGRAM_BYTES)
@@ -119,8 +119,8 @@ class UdprosLink(TcprosLink):
                 self._take(datagram)
             except (CodecError, TooLarge) as error:
                 # Any computer can send a datagram: drop it and keep the connection.
-                if not told:
-                    told = True
+                if not warned:
+                    warned = True
                     text = "! %s: a datagram from %s is dropped: %s"
                     self._context.peer_log.warning(self.topic, text, self.topic, self.caller_id, error)
                     self.subscription.report(error)

@@ -306,9 +306,9 @@ class QueuedLink:
             deliver: The operating system still delivers accepted bytes, and retransmits for a while during a
                 network outage. False discards them.
         """
-        self._end(None, told=False, deliver=deliver)
+        self._end(None, report=False, deliver=deliver)
 
-    def _end(self, error: OSError | None, *, told: bool = True, deliver: bool = True) -> None:
+    def _end(self, error: OSError | None, *, report: bool = True, deliver: bool = True) -> None:
         with self._lock:
             if self._closed:
                 return
@@ -319,7 +319,7 @@ class QueuedLink:
             self._wake_waiters()
         self._hang_up(deliver)
         lost = None
-        if told:
+        if report:
             lost = ConnectionLost(
                 f"{self.topic}: subscriber {self.caller_id} at {self.address} {self._farewell(error)}",
                 peer=self.address,

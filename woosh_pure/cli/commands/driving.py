@@ -142,8 +142,8 @@ def run_task(args: Namespace, out: Output) -> int:
             timeout=args.timeout,
         )
         where = args.mark or pose(args.pose[-1])
-        told = say("{verb} {where} (task {id})", verb=say(args.verb), where=where, id=handle.task_id)
-        outcome = follow(handle, out, told, args.timeout, line)
+        text = say("{verb} {where} (task {id})", verb=say(args.verb), where=where, id=handle.task_id)
+        outcome = follow(handle, out, text, args.timeout, line)
         return report(outcome, out, task_id=handle.task_id)
 
 
@@ -163,8 +163,8 @@ def _task_command(chassis: Chassis, args: Namespace, out: Output) -> int:
     with out.working(say("asking to {verb}", verb=args.verb)):
         reply = components_of(chassis).clients.exec_task(command, task_id, timeout=10.0)
     text = say(reply.message or ("done" if reply.success else "no reason given"))
-    told = "{verb} task {id}: {answer}" if reply.success else "{verb} task {id}: REFUSED: {answer}"
-    out.line(told, verb=args.verb, id=task_id, answer=text)
+    template = "{verb} task {id}: {answer}" if reply.success else "{verb} task {id}: REFUSED: {answer}"
+    out.line(template, verb=args.verb, id=task_id, answer=text)
     out.result({"ok": bool(reply.success), "task_id": task_id, "message": reply.message})
     return 0 if reply.success else 3
 

@@ -218,5 +218,5 @@ def inject(sim: SimulatedChassis, fault: str) -> None:
     try:
         FAULTS[form](sim, *values[:wanted])
     except ValueError as error:
-        told = values and not isinstance(error, NotANumber)
-        raise ValueError(led(wrong, str(error)) if told else wrong) from error
+        detailed = values and not isinstance(error, NotANumber)
+        raise ValueError(led(wrong, str(error)) if detailed else wrong) from error

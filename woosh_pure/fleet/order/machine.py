@@ -262,8 +262,8 @@ def _shut_down(change: Transition, event: events.ShutDown) -> None:
         if change.state.drive is not None:
             change.change_motion(MotionEvent.ENDED)
         change.forget(ActionStatus.FINISHED if change.state.at_rest else ActionStatus.FAILED)
-        told = f"{event.text}; the order is over, send a new one"
-        change.report(Problem(ErrorType.ORDER, told, change.order_references()))
+        description = f"{event.text}; the order is over, send a new one"
+        change.report(Problem(ErrorType.ORDER, description, change.order_references()))
     _fail_open_actions(change, event.text, of_order=False)
 
 

@@ -178,15 +178,15 @@ class _Events(Response):
             self._context.streams -= 1
 
     async def _events(self, send: Send, gone: asyncio.Future[None]) -> None:
-        count, said = -1, 0.0
+        count, sent_at = -1, 0.0
         await run_in_threadpool(self._feed.connect)
         while not (gone.done() or self._feed.closed or self._context.closed):
             if self._feed.count != count and self._feed.known is not None:
                 count = self._feed.count
                 text = text_of(_value(self._name, self._feed))
-                said = await _tell(send, f"event: {self._name}\nid: {count}\ndata: {text}\n\n")
-            elif time.monotonic() - said > BEAT_SECONDS:
-                said = await _tell(send, ": nothing new\n\n")
+                sent_at = await _tell(send, f"event: {self._name}\nid: {count}\ndata: {text}\n\n")
+            elif time.monotonic() - sent_at > BEAT_SECONDS:
+                sent_at = await _tell(send, ": nothing new\n\n")
             await self._rest(gone)
         if not gone.done():
             await send({"type": "http.response.body", "body": b""})

@@ -41,12 +41,12 @@ class RosMsgUnicodeErrors:
 
     def __init__(self):
         self.msg_type = None
-        self._told = set()
+        self._warned = set()
 
     def __call__(self, error):
         msg_type = _decoded_type(sys._getframe(1).f_code.co_filename) or self.msg_type
-        if msg_type not in self._told:
-            self._told.add(msg_type)
+        if msg_type not in self._warned:
+            self._warned.add(msg_type)
             what = "message %s" % msg_type if msg_type else "unknown message"
             logging.getLogger("rosout").error(
                 "Characters replaced when decoding %s (will print only once): %s", what, error

@@ -156,7 +156,7 @@ class BufferCore:
         self._duration = nanoseconds(genpy.Duration(10)) if cache_time is None else nanoseconds(cache_time)
         self._tree = FrameTree()
         self._lock = threading.RLock()
-        self._told = False
+        self._warned = False
 
     # -- filling --------------------------------------------------------------------------------------------
 
@@ -196,8 +196,8 @@ class BufferCore:
 
     def _leave_out(self, child, authority):
         """Report a frame beyond the bounds (tf2 has none), only once: invented names are unlimited."""
-        if not self._told:
-            self._told = True
+        if not self._warned:
+            self._warned = True
             text = 'Ignoring transform for child_frame_id "%s" from authority "%s"'
             text += ": %d frames of %d characters at most"
             _say("Error:", text % (child[:100], authority, MAX_FRAMES, MAX_NAME_CHARACTERS), 278)

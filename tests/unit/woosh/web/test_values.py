@@ -269,7 +269,7 @@ def test_a_refusal_carries_its_reasons() -> None:
     told = problem_of(error).facts
     assert [(one["key"], one["text"]) for one in told["reasons"]] == [("bumper", "pressed")]
     assert told["said"] is None
-    assert problem_of(MotionRefused("no", said="货架不在")).facts["said"]["text"] == "货架不在"
+    assert problem_of(MotionRefused("no", robot_text="货架不在")).facts["said"]["text"] == "货架不在"
 
 
 def test_a_problem_is_one_line() -> None:

@@ -35,7 +35,7 @@ def start_node(resolved_name, port=0, tcpros_port=0):
     names.set_caller_id(resolved_name)
     uri = rosgraph.get_master_uri()
     opened = None
-    told = False
+    warned = False
     while opened is None and not core.is_shutdown():
         try:
             opened = ProgramNode(
@@ -49,9 +49,9 @@ def start_node(resolved_name, port=0, tcpros_port=0):
                 on_refused=_refused,
             )
         except (RosError, OSError):
-            if not told:
+            if not warned:
                 _tell(uri)
-                told = True
+                warned = True
             wallsleep(0.2)
     if opened is None:
         raise ROSInitException("Failed to initialize time. Please check logs for additional details")
