@@ -9,10 +9,11 @@ from dataclasses import dataclass
 
 from rosproto import quaternion
 from rosproto.coercion import as_float
+from rosproto.deprecation import former_names
 from rosproto.sentence import say
 
 __all__ = [
-    "FARTHEST",
+    "MAX_COORDINATE_METRES",
     "Footprint",
     "Pose2D",
     "Velocity",
@@ -44,8 +45,9 @@ def yaw_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     return quaternion.yaw_of((x, y, z, w))
 
 
-FARTHEST = 100_000.0
-"""m; no map is as large, so a larger number is invalid, or in another unit."""
+MAX_COORDINATE_METRES = 100_000.0
+"""No map is as large, so a larger number is invalid, or in another unit."""
+__getattr__ = former_names(__name__, {"FARTHEST": "MAX_COORDINATE_METRES"})
 
 
 def _as_floats(value: object, *names: str) -> None:
@@ -108,13 +110,13 @@ class Pose2D:
                 frame; or it is farther than any map reaches.
         """
         self.require_finite()
-        if max(abs(self.x), abs(self.y)) > FARTHEST:
+        if max(abs(self.x), abs(self.y)) > MAX_COORDINATE_METRES:
             raise ValueError(
                 say(
                     "pose {x:g}, {y:g}: more than {farthest:g} m away; give metres",
                     x=self.x,
                     y=self.y,
-                    farthest=FARTHEST,
+                    farthest=MAX_COORDINATE_METRES,
                 )
             )
         if abs(self.yaw) > 2.0 * math.pi + 1e-6:

@@ -25,8 +25,8 @@ _log = get_logger("rosproto.action")
 MAX_WAITING = 100  # callbacks
 RESULT_TIMEOUT = 10.0  # seconds between the status that says a goal has ended, and its result
 MAX_GOALS = 1000
-STEADY = 2.0  # seconds that a server must be heard without a gap until its silence about a goal counts
-GAP = 1.0  # seconds without a status array that make a gap; five are sent each second
+STEADY_SECONDS = 2.0  # that a server must be heard without a gap until its silence about a goal counts
+GAP_SECONDS = 1.0  # seconds without a status array that make a gap; five are sent each second
 MAX_SERVERS = 64  # node names that send status for one action; peers choose their names
 _LOOK_AGAIN = 0.25  # seconds between looks at how long the server has been silent
 
@@ -322,7 +322,7 @@ class GoalTracker:
             self._said.info(self.name, text, self.name, server, list(heard)[-3:])
         now = self._clock.monotonic()
         since, last = heard.get(server, (now, now))
-        heard[server] = (now if now - last > GAP else since, now)
+        heard[server] = (now if now - last > GAP_SECONDS else since, now)
         if len(heard) > MAX_SERVERS:
             needed = {server, *(goal.machine.server for goal in self.followed.values())}
             others = [(at, other) for other, (_, at) in heard.items() if other not in needed]
@@ -336,7 +336,7 @@ class GoalTracker:
             return ()
         takes_goals = server in goal.receivers or goal.receivers.isdisjoint(self._receivers())
         since, _ = self.heard.get(server, (now, now))
-        if not takes_goals or now - since < STEADY:
+        if not takes_goals or now - since < STEADY_SECONDS:
             return ()
         self.given_up.give_up(goal.goal_id, now)
         return goal.machine.lose(

@@ -20,7 +20,7 @@ from rosproto.gateway.client_channel import ClientChannel, DeferredPayload, Payl
 from rosproto.logs import PeerLog
 
 SHORT = 16 << 10  # bytes of a message that is written without its client's task
-TURN = 64  # messages written to one client before others have their turn
+TURN_MESSAGES = 64  # messages written to one client before others have their turn
 
 
 def closed_error() -> Any:
@@ -80,7 +80,7 @@ class OutboxWriter:
 
     def _write_at_once(self, channel: ClientChannel, connection: Any, transport: asyncio.Transport) -> bool:
         """Write waiting short payloads while the client keeps up; True if nothing is left."""
-        for _ in range(TURN):
+        for _ in range(TURN_MESSAGES):
             # `broadcast` skips a client that is receiving a long message, or has gone.
             if (
                 channel.busy
@@ -123,7 +123,7 @@ class OutboxWriter:
             finally:
                 channel.busy = False
             turn += 1
-            if turn % TURN == 0:
+            if turn % TURN_MESSAGES == 0:
                 await asyncio.sleep(0)
 
     def _say_not_sent(self, channel: ClientChannel, error: Exception) -> None:

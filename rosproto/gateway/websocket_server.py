@@ -38,8 +38,8 @@ WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it 
 FRAGMENTS = 4096
 """Of one message. Empty ones cost memory too, which no limit of bytes sees; `recv` of `websockets` counts
 them only from 17.4 on, which needs Python 3.11."""
-UNREAD = 0  # messages of a client read ahead of its session
-TURN = 0.001  # seconds of the loop's time after which a client waits for its turn
+READ_AHEAD_MESSAGES = 0  # messages of a client read ahead of its session
+TURN_SECONDS = 0.001  # seconds of the loop's time after which a client waits for its turn
 SHARE = 0.1  # of the loop's time; a client that takes less never waits
 START_SECONDS = 10.0
 _TOO_BIG, _TRY_AGAIN = 1009, 1013
@@ -181,7 +181,7 @@ class WebSocketServer:
             ping_timeout=limits.silence_seconds,
             close_timeout=limits.close_seconds,
             max_size=limits.message_bytes,
-            max_queue=UNREAD,
+            max_queue=READ_AHEAD_MESSAGES,
             write_limit=WRITE_BUFFER,
             server_header=None,
             logger=quiet,
@@ -317,7 +317,7 @@ class WebSocketServer:
             if self._served == mine:  # else the session waited, and other clients used the time
                 spent += time.thread_time() - began
             before = now
-            if spent >= TURN:
+            if spent >= TURN_SECONDS:
                 async with self._turn:
                     await asyncio.sleep(0)
                 spent = 0.0

@@ -48,7 +48,7 @@ from rosproto.watchdog.protocol import (
 )
 
 CONNECT_SECONDS = 1.0  # to connect to a subscriber that the master knows
-CALL = 2.0
+CALL_SECONDS = 2.0
 RETRY_SECONDS = 10.0  # after the parent's end, for a robot that cannot be reached
 RETRY_INTERVAL = 0.5  # seconds between these attempts
 PARENT_CHECK_SECONDS = 0.25  # between two checks of the parent
@@ -90,9 +90,9 @@ class _LastCall:
     def _finish(self, sent: PreparedCall | None) -> None:
         try:
             if sent is not None:
-                sent.answer(CALL)
+                sent.answer(CALL_SECONDS)
             else:
-                self._client.call(self._request, timeout=CALL)
+                self._client.call(self._request, timeout=CALL_SECONDS)
             self.done = True
         except RosError:
             pass  # called again in the next round

@@ -106,7 +106,7 @@ def test_what_was_told_before_a_broken_link_is_not_known(until):
 
 
 def test_a_drive_that_was_not_obeyed_is_remembered(pressed, monkeypatch):
-    monkeypatch.setattr("woosh_pure.velocity.end_conditions.DISOBEYED", 0.3)
+    monkeypatch.setattr("woosh_pure.velocity.end_conditions.DISOBEYED_SECONDS", 0.3)
     with Chassis(pressed.master_uri) as chassis:
         with (
             pytest.raises(MotionRefused) as caught,

@@ -386,7 +386,7 @@ def test_the_watch_uses_a_clock_that_counts_sleep_where_the_system_has_one():
 @pytest.mark.promise("the robot stands for 3 s")
 def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, until, monkeypatch):
     """An emergency stop that was pressed before we came is told to nobody: releasing it must not let the robot start."""
-    monkeypatch.setattr("woosh_pure.velocity.end_conditions.DISOBEYED", 0.5)
+    monkeypatch.setattr("woosh_pure.velocity.end_conditions.DISOBEYED_SECONDS", 0.5)
     sim.press_emergency_stop()
     until(lambda: not sim.world._reports)
     with Chassis(sim.master_uri) as chassis:
@@ -401,7 +401,7 @@ def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, unt
 
 
 def test_a_drive_that_asks_for_nothing_may_stand(sim, chassis, monkeypatch):
-    monkeypatch.setattr("woosh_pure.velocity.end_conditions.DISOBEYED", 0.1)
+    monkeypatch.setattr("woosh_pure.velocity.end_conditions.DISOBEYED_SECONDS", 0.1)
     with chassis.velocity(bypasses_protection=True) as drive:
         for _ in range(5):
             drive.set(0.0)

@@ -21,6 +21,7 @@ from woosh_pure.errors import MotionRefused
         ("rosproto.codec", "Flavour", "ValueStyle"),
         ("rosproto.watchdog", "Place", "WatchedNode"),
         ("rosproto.watchdog", "place_beside", "watched_node_of"),
+        ("woosh_pure.geometry", "FARTHEST", "MAX_COORDINATE_METRES"),
         ("woosh_pure.lease", "MOST_SECONDS", "MAX_SECONDS"),
     ],
 )

@@ -33,7 +33,7 @@ from woosh_pure.values.messages import message_type, pose_of, require_finite, st
 
 logger = get_logger("woosh_pure.goal")
 
-_TURN = 10.0  # seconds; a pause waits five for its answer
+_TURN_SECONDS = 10.0  # seconds; a pause waits five for its answer
 
 # actionlib_msgs/GoalStatus
 _SUCCEEDED, _PREEMPTED, _ABORTED, _REJECTED, _RECALLED = 3, 2, 4, 5, 8
@@ -455,12 +455,12 @@ class StepMotion(ActionMotion):
     @contextmanager
     def _in_turn(self) -> Iterator[None]:
         """Wait, with a time limit, until another thread's pause or resume of this move has been answered."""
-        if not self._turn.acquire(timeout=_TURN):
+        if not self._turn.acquire(timeout=_TURN_SECONDS):
             raise MotionRefused(
                 say(
                     "{goal}: another pause or resume of it was not answered within {seconds:g} s",
                     goal=self.description,
-                    seconds=_TURN,
+                    seconds=_TURN_SECONDS,
                 )
             )
         try:

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     OwnMotion = Motion[Any]  # whatever its progress is
 
 logger = get_logger("woosh_pure.components")
-_JUST = 5.0  # seconds
+_JUST_CANCELLED_SECONDS = 5.0
 _WRITTEN = 0.5  # seconds for the first round, before the slow steps
 _EXIT_SECONDS, _CHORE_SECONDS, _CANCEL_SECONDS = 8.0, 3.0, 10.0
 _EXIT_CALLS = 32
@@ -446,7 +446,7 @@ def _report_ahead() -> StopReport:
 
 
 def _just_cancelled(goal: OwnMotion) -> bool:
-    return goal.cancelled_at is not None and time.monotonic() - goal.cancelled_at < _JUST
+    return goal.cancelled_at is not None and time.monotonic() - goal.cancelled_at < _JUST_CANCELLED_SECONDS
 
 
 def cancel_goals(goals: Sequence[OwnMotion], report: StopReport, timeout: float, why: str) -> None:

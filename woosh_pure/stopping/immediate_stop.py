@@ -1,7 +1,7 @@
 """The first step of a stop: a thread that never waits writes zeros and cancels on open connections.
 
 `stop`, `close` and the end of a program put a `StopRequest` into a queue (`SimpleQueue.put` is C code and
-reentrant). The thread `woosh:line`, started before the first motion, marks every motion as asked to end and
+reentrant). The thread `woosh:immediate-stop`, started before the first motion, marks every motion as asked to end and
 writes its zero or cancel on a connection that is open. It takes no lock that another thread of the program
 can hold, and creates no thread, socket, file or log line. So it works over any interrupted frame, and when
 the system is out of resources. Steps that take time (replies, new connections, checking that the robot
@@ -63,7 +63,7 @@ class StopRequest:
 
 
 class ImmediateStop:
-    """The thread `woosh:line`, which writes zeros and cancels.
+    """The thread `woosh:immediate-stop`, which writes zeros and cancels.
 
     Args:
         under_way: Return the motions under way: with True goals and velocity blocks, with False velocity
@@ -91,7 +91,7 @@ class ImmediateStop:
             RuntimeError: No thread can be started.
         """
         if not self.started:
-            threading.Thread(target=self._work, name="woosh:line", daemon=True).start()
+            threading.Thread(target=self._work, name="woosh:immediate-stop", daemon=True).start()
             self._started_in = os.getpid()
         self._asked.put(True)
 

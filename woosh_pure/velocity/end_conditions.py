@@ -39,7 +39,7 @@ def boot_seconds() -> float:
     return now
 
 
-LATE = 1.0
+ANSWER_SECONDS = 1.0
 """Seconds without an answer after which velocities count as late."""
 _PERIOD = 0.25
 logger = get_logger("woosh_pure.velocity")
@@ -72,7 +72,7 @@ class Heartbeat:
         """
         try:
             listener = min(self._publisher.subscribers, key=lambda name: name not in ROBOT_NODES)
-            uri = self._node.master.lookup_node(listener, timeout=LATE)
+            uri = self._node.master.lookup_node(listener, timeout=ANSWER_SECONDS)
             client = NodeClient(uri, self._node.name, hosts=self._node.hosts)
             self._ask(client)
         except (RosError, ValueError) as error:
@@ -88,7 +88,7 @@ class Heartbeat:
     @property
     def late(self) -> bool:
         """Whether the last answered request was sent too long ago."""
-        return self._answered is not None and boot_seconds() - self._answered > LATE
+        return self._answered is not None and boot_seconds() - self._answered > ANSWER_SECONDS
 
     def _run(self, client: NodeClient) -> None:
         with client:  # connected already: later, no file may be left for a connection
@@ -102,7 +102,7 @@ class Heartbeat:
         """Send one request. The time of sending counts, so a late answer does not help."""
         asked = boot_seconds()
         try:
-            client.get_pid(timeout=LATE)
+            client.get_pid(timeout=ANSWER_SECONDS)
         except (MasterError, RemoteProtocolError):
             pass  # an unexpected answer also counts
         except ConnectionLost as error:
@@ -111,9 +111,9 @@ class Heartbeat:
         self._answered = asked
 
 
-PAUSED = 1.0
+PAUSE_SECONDS = 1.0
 """Seconds without running after which the sending thread ends the drive."""
-DISOBEYED = 3.0
+DISOBEYED_SECONDS = 3.0
 """Seconds for which the robot may stand still although a velocity is sent."""
 _TOLD_LINEAR, _TOLD_ANGULAR = 0.05, 0.1  # m/s, rad/s: commands below these may be measured as zero
 
@@ -168,7 +168,7 @@ class EndConditions:
         """The process was suspended (SIGSTOP, a debugger, a closed laptop) while the robot was driving."""
         now = boot_seconds()
         pause, self._last = now - self._last, now
-        if pause <= PAUSED:
+        if pause <= PAUSE_SECONDS:
             return None
         return MotionRefused(
             say(
@@ -198,7 +198,7 @@ class EndConditions:
                     "who listens to {topic} has not answered within {seconds:g} s, so what is sent would "
                     "come late",
                     topic=self._publisher.topic,
-                    seconds=LATE,
+                    seconds=ANSWER_SECONDS,
                 )
             )
         if self._feedback_timeout is None:
@@ -225,7 +225,7 @@ class EndConditions:
             self._obeyed = now
             if not measured.is_standing(_TOLD_LINEAR, _TOLD_ANGULAR):
                 self._readiness_state.refusals.end()
-        if now - self._obeyed <= DISOBEYED:
+        if now - self._obeyed <= DISOBEYED_SECONDS:
             return None
         self._readiness_state.refusals.note(
             "the last drive was not obeyed: the robot stood still", time.monotonic()
@@ -235,7 +235,7 @@ class EndConditions:
                 "the drive is over: the robot has stood still for {seconds:g} s although it was told to move;"
                 " is its emergency stop pressed, its brake on, or something in its way? Nothing resumes by "
                 "itself",
-                seconds=DISOBEYED,
+                seconds=DISOBEYED_SECONDS,
             )
         )
 

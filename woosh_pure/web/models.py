@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from rosproto.sentence import say
 from woosh_pure.enums import Direction
-from woosh_pure.geometry import FARTHEST
+from woosh_pure.geometry import MAX_COORDINATE_METRES
 from woosh_pure.motion.steps import MAX_DISTANCE, MAX_SPEED, MAX_TURN_RATE
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def _number(
 
 
 OURS = "; 0 is the chassis's own"
-Metres = Annotated[float, _number("m", ge=-FARTHEST, le=FARTHEST)]
+Metres = Annotated[float, _number("m", ge=-MAX_COORDINATE_METRES, le=MAX_COORDINATE_METRES)]
 Radians = Annotated[float, _number("rad", ", counter-clockwise", ge=-math.tau, le=math.tau)]
 Seconds = Annotated[float, _number("s", "; without it the library's own", gt=0.0, le=86400.0)]
 MarkName = Annotated[

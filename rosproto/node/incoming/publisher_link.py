@@ -25,7 +25,7 @@ from rosproto.node.definitions.md5sum_mismatch import RevisedType
 from rosproto.node.events import Event, EventKind, without_frames
 from rosproto.node.incoming.publisher_link_state import (
     MIN_WAIT_SECONDS,
-    STEADY,
+    STEADY_SECONDS,
     LinkEvent,
     LinkState,
     RetryPauses,
@@ -234,8 +234,8 @@ class PublisherLink:
             )
 
     def _log_failure(self, error: Exception) -> None:
-        """Log an error once for each kind, until a session has lasted `STEADY`."""
-        if (self._lasted or 0.0) >= STEADY:
+        """Log an error once for each kind, until a session has lasted `STEADY_SECONDS`."""
+        if (self._lasted or 0.0) >= STEADY_SECONDS:
             self._logged = None
         if isinstance(error, (ConnectionLost, MasterError, RosTimeout)) and not isinstance(error, REFUSALS):
             # It is unreachable or closed: no warning, since the master reports it soon.

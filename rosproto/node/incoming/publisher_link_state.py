@@ -9,8 +9,8 @@ longer names the publisher, or the subscriber closes.
 The wait (`RetryPauses`) depends on the failure. An unreachable publisher is tried again after 50 ms, doubling
 to 0.6 s, so that a restarted one is connected within a second. After a refusal: 0.5 s, doubling to 5 s. If
 the definitions differ: 30 s, doubling to 5 minutes, since each try logs a warning at the publisher. If
-sessions begin but end at once: up to 5 s; a session is a success after `STEADY`. When the master names the
-publisher again (a nudge), any wait ends, but not before `MIN_WAIT_SECONDS`.
+sessions begin but end at once: up to 5 s; a session is a success after `STEADY_SECONDS`. When the master
+names the publisher again (a nudge), any wait ends, but not before `MIN_WAIT_SECONDS`.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ import enum
 
 from rosproto.transport.backoff import Backoff
 
-STEADY = 5.0  # seconds
-MIN_WAIT_SECONDS = 0.25  # seconds
+STEADY_SECONDS = 5.0
+MIN_WAIT_SECONDS = 0.25
 MISMATCH = (30.0, 300.0)  # seconds: the first and the longest wait when definitions differ
 
 
@@ -106,7 +106,7 @@ class RetryPauses:
         """
         if lasted is not None:
             self._retry.reset()
-            if lasted >= STEADY:
+            if lasted >= STEADY_SECONDS:
                 for backoff in (self._brief, self._refused, self._mismatch):
                     backoff.reset()
         if mismatch:

@@ -39,10 +39,10 @@ if TYPE_CHECKING:
 FIRST_BUFFER = 4 << 10  # bytes; enough for most topics, and a node may have hundreds
 
 LOOK_AFTER = 32  # messages between two readings of the clock
-CLOSE = 8e-6  # seconds between the messages of a burst; a round trip takes longer
-REST = 100e-6  # seconds without reading in a burst, so that messages gather
-ENOUGH = 16 << 10  # bytes: no rest after a read of this size
-NO_REST = 1.0  # seconds without rests, after rests that took too long
+BURST_GAP_SECONDS = 8e-6  # between the messages of a burst; a round trip takes longer
+PAUSE_SECONDS = 100e-6  # without reading in a burst, so that messages gather
+MAX_PAUSED_BYTES = 16 << 10  # no pause after a read of this size
+NO_PAUSE_SECONDS = 1.0  # without pauses, after pauses that took too long
 
 _length = struct.Struct("<I").unpack_from
 # Not on Windows, where WAITALL waits for ever after a reset (and fails on non-blocking sockets).
@@ -64,8 +64,8 @@ class FrameReader:
         self._looked = perf_counter()
         self._seen = 0  # messages at that time
         self._came = 0  # bytes of the last read
-        self._long_rests = 0
-        self._no_rest_until = 0.0
+        self._long_pauses = 0
+        self._no_pause_until = 0.0
 
     @property
     def messages(self) -> int:
@@ -119,18 +119,18 @@ class FrameReader:
         """
         now, count = perf_counter(), self._frames.count
         apart, self._looked, self._seen = (now - self._looked) / (count - self._seen), now, count
-        if apart < CLOSE and self._came < ENOUGH and now >= self._no_rest_until:
-            sleep(REST)
-            self._rested(perf_counter() - now)
+        if apart < BURST_GAP_SECONDS and self._came < MAX_PAUSED_BYTES and now >= self._no_pause_until:
+            sleep(PAUSE_SECONDS)
+            self._paused(perf_counter() - now)
 
-    def _rested(self, took: float) -> None:
-        """Stop resting for a while after two rests longer than a switch interval.
+    def _paused(self, took: float) -> None:
+        """Stop pausing for a while after two pauses longer than a switch interval.
 
-        Then another thread of this process computes, and each rest adds a wait for the GIL.
+        Then another thread of this process computes, and each pause adds a wait for the GIL.
         """
-        self._long_rests = self._long_rests + 1 if took > sys.getswitchinterval() else 0
-        if self._long_rests > 1:
-            self._no_rest_until = perf_counter() + NO_REST
+        self._long_pauses = self._long_pauses + 1 if took > sys.getswitchinterval() else 0
+        if self._long_pauses > 1:
+            self._no_pause_until = perf_counter() + NO_PAUSE_SECONDS
 
     def _arrived(self, count: int) -> None:
         if not count:

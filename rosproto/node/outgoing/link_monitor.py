@@ -13,10 +13,10 @@ another monitor with its own thread.
 
 Bytes in the socket buffer cannot be withdrawn one by one. After a network outage of half a minute, the system
 would still deliver them, such as velocities half a minute old. Resetting the connection discards all of them.
-The monitor checks each link every `LOOK` seconds and resets it when
+The monitor checks each link every `CHECK_SECONDS` and resets it when
 
 * the oldest byte is older than `MAX_AGE_SECONDS` (small messages: velocities, states);
-* or, with more than `BULK` bytes under way, no byte arrived for that long: a subscriber that is behind a
+* or, with more than `BULK_BYTES` under way, no byte arrived for that long: a subscriber that is behind a
   burst still makes progress while it reads;
 * or, with large messages (a map, images), no byte arrived and the other computer does not acknowledge: a
   subscriber that processes each image for long is only slow.
@@ -41,9 +41,9 @@ if TYPE_CHECKING:
 _log = get_logger("rosproto.node")
 
 
-LOOK = 0.5  # seconds between two checks; also the largest error of an age, and the detection delay
+CHECK_SECONDS = 0.5  # seconds between two checks; also the largest error of an age, and the detection delay
 MAX_AGE_SECONDS = 4.0  # seconds; stays below five with the check interval and the network delay
-BULK = 256 << 10  # bytes
+BULK_BYTES = 256 << 10
 _MAX_MARKS = 64
 
 
@@ -83,13 +83,13 @@ class Backlog:
             while self._marks and self._marks[0][1] <= acked:
                 self._since = self._marks.popleft()[0]
         self._marks.append((now, written))
-        late, self._looked = now - self._looked > 2 * LOOK, now
+        late, self._looked = now - self._looked > 2 * CHECK_SECONDS, now
         if late:  # this process was not scheduled, so ages are too high: wait for the next check
             return ""
         age, still = now - self._since, now - self._moved
         if large:
             stale = queue.in_flight and still >= MAX_AGE_SECONDS
-        elif queue.waiting > BULK:
+        elif queue.waiting > BULK_BYTES:
             stale = still >= MAX_AGE_SECONDS
         else:
             stale = age >= MAX_AGE_SECONDS
@@ -99,7 +99,7 @@ class Backlog:
         return f"{queue.waiting} bytes, the oldest {age:.1f} s old, have not arrived; {what}"
 
 
-TICK = 0.001  # seconds; longest delay for the end of a burst, if this thread is scheduled
+TICK_SECONDS = 0.001  # seconds; longest delay for the end of a burst, if this thread is scheduled
 IDLE_TICKS = 20  # ticks without a batch before the thread sleeps again
 MAX_SELECT_SOCKETS = 500  # sockets per thread; Windows' select() takes 512
 MAX_SLEEP_SECONDS = 5.0  # seconds; bounds every wait
@@ -198,9 +198,9 @@ class LinkMonitor:
             while self._requests:
                 self._requests.popleft()()
             sleep = (
-                LOOK if len(self._selector.get_map()) > 1 else MAX_SLEEP_SECONDS
+                CHECK_SECONDS if len(self._selector.get_map()) > 1 else MAX_SLEEP_SECONDS
             )  # without links: no check
-            ready = self._selector.select(TICK if self._ticking else sleep)
+            ready = self._selector.select(TICK_SECONDS if self._ticking else sleep)
             for key, events in ready:
                 self._serve(key.data, events)
             idle = 0 if self._flush_due() else idle + 1
@@ -234,7 +234,7 @@ class LinkMonitor:
 
     def _look(self) -> None:
         now, before = time.monotonic(), self._looked
-        if now - before < LOOK:
+        if now - before < CHECK_SECONDS:
             return
         self._looked = now
         for key in list(self._selector.get_map().values()):

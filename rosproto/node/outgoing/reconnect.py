@@ -24,9 +24,9 @@ from rosproto.transport.deadline import Deadline
 
 _log = get_logger("rosproto.node")
 
-GIVE_UP = 300.0  # seconds
-KNOCK = 1.0  # seconds between two attempts
-SETTLE = 0.2  # seconds in which most subscribers reconnect by themselves
+GIVE_UP_SECONDS = 300.0
+RETRY_SECONDS = 1.0  # between two attempts
+SETTLE_SECONDS = 0.2  # in which most subscribers reconnect by themselves
 MAX_THREADS = 32  # threads at a time in this process; further subscribers reconnect after their keep-alive
 
 _places = threading.BoundedSemaphore(MAX_THREADS)
@@ -59,7 +59,7 @@ class SubscriberReconnect:
 
     def _run(self) -> None:
         try:
-            self.bring_back(Deadline(GIVE_UP))
+            self.bring_back(Deadline(GIVE_UP_SECONDS))
         finally:
             _places.release()
 
@@ -67,7 +67,7 @@ class SubscriberReconnect:
         """Repeat `knock` and `announce` until the subscriber is back, the node closes, or time is up."""
         while not self._is_done(deadline) and not self.knock():
             pass
-        self.closing.wait(SETTLE)
+        self.closing.wait(SETTLE_SECONDS)
         pauses = Backoff(first=1.0, factor=2.0, maximum=5.0, jitter=0.1)
         while not self._is_done(deadline):
             try:
@@ -87,7 +87,7 @@ class SubscriberReconnect:
             except OSError as error:
                 _log.debug("! the end of the connection to %s is not told: %s", self.caller_id, error)
                 return True
-            sock.settimeout(KNOCK)
+            sock.settimeout(RETRY_SECONDS)
             try:
                 sock.connect(self.remote)
             except ConnectionRefusedError:
@@ -95,6 +95,6 @@ class SubscriberReconnect:
             except TimeoutError:
                 return False
             except OSError:  # no route at present, or our own half is still being closed
-                self.closing.wait(KNOCK)
+                self.closing.wait(RETRY_SECONDS)
                 return False
             return True

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from time import perf_counter, sleep
 
 from rosproto.node.outgoing.frames import LargeFrame, remaining
-from rosproto.node.outgoing.link_monitor import LOOK, MAX_AGE_SECONDS, Backlog, LinkMonitor
+from rosproto.node.outgoing.link_monitor import CHECK_SECONDS, MAX_AGE_SECONDS, Backlog, LinkMonitor
 from rosproto.node.outgoing.queued_link import OnClosed, QueuedLink
 from rosproto.transport.tcp import allow_repair, expect_acknowledgement, set_linger
 from rosproto.transport.unsent_bytes import unsent_bytes
@@ -358,7 +358,7 @@ class SubscriberLink(QueuedLink):
                 return
             self._note_repair(queue.repairing, now)
             if self._backlog is None:
-                self._backlog = Backlog(max(before, now - 2 * LOOK))
+                self._backlog = Backlog(max(before, now - 2 * CHECK_SECONDS))
             why = self._backlog.look(now, written, queue, large=self._large)
         if why:
             self._cut(why)

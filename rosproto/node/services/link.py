@@ -27,9 +27,9 @@ from rosproto.transport.tcp import interrupt, set_linger
 from rosproto.transport.tcpros_io import read_header, write_header
 from rosproto.transport.uri import format_address
 
-ROOM = 4 << 10  # bytes; enough for most answers
-POST = 0.05  # seconds
-STEP = 256 << 10  # growth for a longer one: peers may announce a length and send nothing
+FIRST_BUFFER_BYTES = 4 << 10  # enough for most answers
+SEND_SECONDS = 0.05
+BUFFER_STEP_BYTES = 256 << 10  # growth for a longer one: peers may announce a length and send nothing
 
 
 class ServiceLink:
@@ -48,7 +48,7 @@ class ServiceLink:
     ) -> None:
         self._sock = sock
         self._service = service
-        self._answers = FrameDecoder(limits.message_bytes, room=ROOM, step=STEP)
+        self._answers = FrameDecoder(limits.message_bytes, room=FIRST_BUFFER_BYTES, step=BUFFER_STEP_BYTES)
         self._poll: Any = None  # a select.poll, which Windows lacks
         self.header = header
         self.peer = peer
@@ -135,7 +135,7 @@ class ServiceLink:
 
     def prepare(self) -> None:
         """Let a later `post` fail instead of waiting."""
-        self._sock.settimeout(POST)
+        self._sock.settimeout(SEND_SECONDS)
 
     def post(self, request: bytes) -> None:
         """Send one encoded request without waiting for its answer; call `prepare` first, `call` afterwards.

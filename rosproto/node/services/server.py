@@ -101,8 +101,8 @@ def _has_escaped_bytes(text: str) -> bool:
 
 logger = get_logger("rosproto.node")
 
-ROOM = 4 << 10  # bytes; enough for most requests
-STEP = 256 << 10  # growth for longer ones: a peer may announce a length and send nothing
+FIRST_BUFFER_BYTES = 4 << 10  # enough for most requests
+BUFFER_STEP_BYTES = 256 << 10  # growth for longer ones: a peer may announce a length and send nothing
 
 
 class ServiceSession:
@@ -132,7 +132,7 @@ class ServiceSession:
         self._answer = answer
         self._persistent = persistent
         self._stall_seconds = stall_seconds
-        self._requests = FrameDecoder(limits.message_bytes, room=ROOM, step=STEP)
+        self._requests = FrameDecoder(limits.message_bytes, room=FIRST_BUFFER_BYTES, step=BUFFER_STEP_BYTES)
         self._said = said or PeerLog("rosproto.node")
         self._lock = threading.Lock()
         self._changed = threading.Condition(self._lock)

@@ -27,11 +27,11 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-SILENCE = 0.4
+SILENCE_SECONDS = 0.4
 """A drive ends after this time without a timely beat."""
 VALID_FOR = 0.3
 """A beat moves the robot for this time after it was sent, even if the event loop is blocked."""
-LATEST = 0.25
+MAX_LATE_SECONDS = 0.25
 """A beat may take this much longer than the fastest one."""
 DRIFT = 1e-3
 """Allowed drift between the two clocks, in seconds per second; real clocks drift much less."""
@@ -91,7 +91,7 @@ class DeadManSwitch:
             self._fastest += DRIFT * max(0.0, now - self._pressed)
         self._pressed = now
         late = self._lateness(at, now)
-        if late > LATEST:
+        if late > MAX_LATE_SECONDS:
             return Verdict("none", reason="late")
         self.state, self._alive, self._wish = "opening", now - late, (vx, wz)
         return Verdict("open")
@@ -116,7 +116,7 @@ class DeadManSwitch:
         if not self._is_new(seq, at, vx, wz):
             return NOTHING  # a repeated beat does not end the silence
         late = self._lateness(at, now)
-        if late > LATEST:
+        if late > MAX_LATE_SECONDS:
             return NOTHING
         self._alive, self._wish = max(self._alive, now - late), (vx, wz)
         return self._drive(now) if self.state == "driving" else NOTHING
@@ -128,7 +128,7 @@ class DeadManSwitch:
 
     def tick(self, now: float) -> Verdict:
         """End the drive if the silence has lasted too long. Call this every 50 ms at least while `held`."""
-        if self.held and now - self._alive > SILENCE:
+        if self.held and now - self._alive > SILENCE_SECONDS:
             return self._end("silent")
         return NOTHING
 

@@ -23,7 +23,7 @@ from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import problem_of
-from woosh_pure.web.live.deadman import SILENCE
+from woosh_pure.web.live.deadman import SILENCE_SECONDS
 from woosh_pure.web.live.frame_pacing import BadMessage, FrameSender
 from woosh_pure.web.live.hub import Hub
 from woosh_pure.web.live.page_driving import PageDriving
@@ -126,7 +126,7 @@ class Viewer:
             "allow_driving": self._context.allow_driving,
             "lang": lang,
             "limits": self._robot.manual_drive.limits,
-            "dead_man": {"beat": 0.1, "silence": SILENCE},
+            "dead_man": {"beat": 0.1, "silence": SILENCE_SECONDS},
             "version": __version__,
             "time": round(time.time(), 3),
         }

@@ -10,11 +10,11 @@ import pytest
 from rosproto.errors import ConnectionLost
 from rosproto.node.incoming import tcpros_link
 from rosproto.node.incoming.tcpros_link import (
-    CLOSE,
-    ENOUGH,
+    BURST_GAP_SECONDS,
     LOOK_AFTER,
-    NO_REST,
-    REST,
+    MAX_PAUSED_BYTES,
+    NO_PAUSE_SECONDS,
+    PAUSE_SECONDS,
     FrameReader,
 )
 from tests.unit.node.incoming.test_frame_reader import Pieces, as_bytes, frames
@@ -28,7 +28,7 @@ class Clock:
     def __init__(self) -> None:
         self.now = 1000.0
         self.rests: list[float] = []
-        self.rest_takes = REST
+        self.rest_takes = PAUSE_SECONDS
 
     def time(self) -> float:
         return self.now
@@ -71,16 +71,16 @@ def test_messages_that_come_one_by_one_and_close_together_are_left_to_gather(
     clock: Clock, read: Callable[[Iterator[bytes]], None]
 ) -> None:
     """A rest for every so many of them."""
-    read(stream(clock, 10 * LOOK_AFTER, CLOSE / 4))
+    read(stream(clock, 10 * LOOK_AFTER, BURST_GAP_SECONDS / 4))
     assert len(clock.rests) >= 5
-    assert set(clock.rests) == {REST}
+    assert set(clock.rests) == {PAUSE_SECONDS}
 
 
 def test_messages_with_time_between_them_are_read_at_once(
     clock: Clock, read: Callable[[Iterator[bytes]], None]
 ) -> None:
     """Round trips, and topics of any rate that a robot has: not one rest."""
-    read(stream(clock, 10 * LOOK_AFTER, CLOSE * 1.5))
+    read(stream(clock, 10 * LOOK_AFTER, BURST_GAP_SECONDS * 1.5))
     read(stream(clock, 10 * LOOK_AFTER, 1 / 2000))
     assert clock.rests == []
 
@@ -89,8 +89,8 @@ def test_a_read_that_brought_much_needs_no_rest(
     clock: Clock, read: Callable[[Iterator[bytes]], None]
 ) -> None:
     """The rest is for wake-ups that bring little: a full buffer is read on."""
-    much = SINGLE * (2 * ENOUGH // len(SINGLE))
-    read(stream(clock, 2, CLOSE / 10, much))  # the buffer grows to it
+    much = SINGLE * (2 * MAX_PAUSED_BYTES // len(SINGLE))
+    read(stream(clock, 2, BURST_GAP_SECONDS / 10, much))  # the buffer grows to it
     clock.rests.clear()
     reader_sees = iter([much * 40])
     read(reader_sees)
@@ -101,8 +101,8 @@ def test_rests_that_take_long_are_given_up_for_a_while(
     clock: Clock, read: Callable[[Iterator[bytes]], None]
 ) -> None:
     """Another thread computes: each rest is one more wait of a whole turn for the interpreter."""
-    clock.rest_takes = sys.getswitchinterval() + REST
-    read(stream(clock, 100 * LOOK_AFTER, CLOSE / 4))
+    clock.rest_takes = sys.getswitchinterval() + PAUSE_SECONDS
+    read(stream(clock, 100 * LOOK_AFTER, BURST_GAP_SECONDS / 4))
     assert len(clock.rests) == 2
 
 
@@ -110,12 +110,12 @@ def test_rests_come_back(clock: Clock, read: Callable[[Iterator[bytes]], None]) 
     """After a second one is tried again."""
 
     def pieces() -> Iterator[bytes]:
-        clock.rest_takes = sys.getswitchinterval() + REST
-        yield from stream(clock, 20 * LOOK_AFTER, CLOSE / 4)
-        clock.rest_takes = REST
-        clock.now += NO_REST
+        clock.rest_takes = sys.getswitchinterval() + PAUSE_SECONDS
+        yield from stream(clock, 20 * LOOK_AFTER, BURST_GAP_SECONDS / 4)
+        clock.rest_takes = PAUSE_SECONDS
+        clock.now += NO_PAUSE_SECONDS
         clock.rests.clear()
-        yield from stream(clock, 20 * LOOK_AFTER, CLOSE / 4)
+        yield from stream(clock, 20 * LOOK_AFTER, BURST_GAP_SECONDS / 4)
 
     read(pieces())
     assert len(clock.rests) > 5

@@ -45,7 +45,7 @@ class Topic:
 
 @pytest.fixture
 def topic(monkeypatch: pytest.MonkeyPatch) -> Iterator[Topic]:
-    monkeypatch.setattr(reconnect, "SETTLE", 0.0)
+    monkeypatch.setattr(reconnect, "SETTLE_SECONDS", 0.0)
     with listen("127.0.0.1") as listener:
         yield Topic(listener)
 

@@ -117,7 +117,11 @@ def test_the_first_round_makes_nothing(world: World) -> None:
     looking = [True]
 
     def audit(event: str, arguments: object) -> None:
-        if looking[0] and threading.current_thread().name == "woosh:line" and event.startswith(MADE):
+        if (
+            looking[0]
+            and threading.current_thread().name == "woosh:immediate-stop"
+            and event.startswith(MADE)
+        ):
             seen.append(event)
 
     sys.addaudithook(audit)

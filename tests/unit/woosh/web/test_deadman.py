@@ -8,7 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from woosh_pure.web.live.deadman import LATEST, SILENCE, VALID_FOR, DeadManSwitch, State, Verdict
+from woosh_pure.web.live.deadman import (
+    MAX_LATE_SECONDS,
+    SILENCE_SECONDS,
+    VALID_FOR,
+    DeadManSwitch,
+    State,
+    Verdict,
+)
 
 ZERO = "zero"
 
@@ -39,7 +46,7 @@ EVENTS = {
     "opened": lambda man: man.opened(10.1),
     "beat": beat,
     "let go": lambda man: man.end("released"),
-    "silence": lambda man: man.tick(10.0 + SILENCE + 0.01),
+    "silence": lambda man: man.tick(10.0 + SILENCE_SECONDS + 0.01),
     "time": lambda man: man.tick(10.1),
 }
 TABLE: dict[tuple[State, str], tuple[str, State]] = {
@@ -101,31 +108,31 @@ def test_a_hand_that_let_go_before_it_was_open_drives_nothing() -> None:
 
 def test_opening_that_took_too_long_drives_nothing() -> None:
     man = in_state("opening")
-    assert man.opened(10.0 + SILENCE + 0.01) == Verdict(ZERO, reason="silent")
+    assert man.opened(10.0 + SILENCE_SECONDS + 0.01) == Verdict(ZERO, reason="silent")
 
 
 def test_silence_is_seen_by_a_beat_that_comes_after_it() -> None:
     man = in_state("driving")
-    late = 10.0 + SILENCE + 0.01
+    late = 10.0 + SILENCE_SECONDS + 0.01
     assert man.beat(3, late, 0.1, 0.0, late) == Verdict(ZERO, reason="silent")
     assert man.beat(4, late, 0.1, 0.0, late).act == "none", "and nothing resumes"
 
 
 def test_a_late_beat_is_no_sign_of_life() -> None:
     man = in_state("driving")
-    assert man.beat(3, 10.1, 0.1, 0.0, 10.1 + LATEST + 0.01).act == "none"
-    assert man.tick(10.0 + SILENCE + 0.01).act == ZERO
+    assert man.beat(3, 10.1, 0.1, 0.0, 10.1 + MAX_LATE_SECONDS + 0.01).act == "none"
+    assert man.tick(10.0 + SILENCE_SECONDS + 0.01).act == ZERO
 
 
-@pytest.mark.parametrize("late", [0.05, 0.2, LATEST - 0.001])
+@pytest.mark.parametrize("late", [0.05, 0.2, MAX_LATE_SECONDS - 0.001])
 def test_a_beat_counts_from_when_it_was_sent(late: float) -> None:
     """A busy server that reads it later drives for as much shorter, and is silent as much earlier."""
     man = in_state("driving")
     verdict = man.beat(3, 10.1, 0.1, 0.0, 10.1 + late)
     assert verdict.act == "drive"
     assert verdict.valid_for == pytest.approx(VALID_FOR - late)
-    assert man.tick(10.1 + SILENCE - 0.01).act == "none"
-    assert man.tick(10.1 + SILENCE + 0.01).act == ZERO
+    assert man.tick(10.1 + SILENCE_SECONDS - 0.01).act == "none"
+    assert man.tick(10.1 + SILENCE_SECONDS + 0.01).act == ZERO
 
 
 def test_what_took_long_to_open_waits_for_the_next_beat() -> None:
@@ -139,7 +146,7 @@ def test_a_heap_of_old_beats_prolongs_nothing() -> None:
     """What a network has kept for 0.39 s and delivers at once counts as far as it is fresh, not longer."""
     man = in_state("driving")
     acts = [man.beat(2 + i, 10.0 + 0.03 * i, 0.2, 0.0, 10.39).act for i in range(1, 13)]
-    fresh = [10.0 + 0.03 * i >= 10.39 - LATEST for i in range(1, 13)]
+    fresh = [10.0 + 0.03 * i >= 10.39 - MAX_LATE_SECONDS for i in range(1, 13)]
     assert acts == ["drive" if one else "none" for one in fresh]
 
 
@@ -154,7 +161,7 @@ def test_a_clock_that_is_set_back_ends_the_drive() -> None:
     man = in_state("driving")
     for i in range(1, 4):
         assert man.beat(2 + i, 10.0 + 0.1 * i - 3600.0, 0.2, 0.0, 10.0 + 0.1 * i).act == "none"
-    assert man.tick(10.0 + SILENCE + 0.01).act == ZERO
+    assert man.tick(10.0 + SILENCE_SECONDS + 0.01).act == ZERO
 
 
 def test_a_clock_that_is_set_forward_makes_what_was_sent_before_late() -> None:
@@ -212,6 +219,6 @@ def test_nothing_drives_longer_than_the_silence_after_the_last_fresh_beat(events
         driven = verdict.act == "drive" or (driven and verdict.act != ZERO)
         assert not driven or man.state == "driving"
     if man.held:
-        assert man.tick(now + SILENCE + 0.001).act == ZERO
+        assert man.tick(now + SILENCE_SECONDS + 0.001).act == ZERO
     assert not man.held
     assert man.beat(1000, now + 1.0, 0.2, 0.0, now + 1.0).act == "none"

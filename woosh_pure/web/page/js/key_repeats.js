@@ -6,7 +6,7 @@
 // how long it takes is learnt from the keys pressed before.
 
 const SLACK = 0.4; // a busy computer delivers late
-const ENOUGH = 3;
+const MIN_REPEATS = 3;
 
 export class KeyRepeats {
   constructor() {
@@ -36,7 +36,7 @@ export class KeyRepeats {
   // Whether repeats are missing. Then the delay is learnt anew, in case the system has stopped to send any.
   missing(now) {
     if (this.at === null) return false;
-    const due = this.count < ENOUGH ? 2 * this.delay : 4 * this.longest;
+    const due = this.count < MIN_REPEATS ? 2 * this.delay : 4 * this.longest;
     if (now - this.at <= due + SLACK) return false;
     this.delay = Infinity;
     this.clear();
