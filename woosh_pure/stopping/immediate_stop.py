@@ -1,9 +1,9 @@
 """The first step of a stop: a thread that never waits writes zeros and cancels on open connections.
 
 `stop`, `close` and the end of a program put a `StopRequest` into a queue (`SimpleQueue.put` is C code and
-reentrant). The thread `woosh:immediate-stop`, started before the first motion, marks every motion as asked to end and
-writes its zero or cancel on a connection that is open. It takes no lock that another thread of the program
-can hold, and creates no thread, socket, file or log line. So it works over any interrupted frame, and when
+reentrant). The thread `woosh:immediate-stop`, started before the first motion, marks every motion as asked to
+end and writes its zero or cancel on a connection that is open. It takes no lock that another thread of the
+program can hold, and creates no thread, socket, file or log line. So it works over any interrupted frame, and when
 the system is out of resources. Steps that take time (replies, new connections, checking that the robot
 stands) are in `stop`.
 

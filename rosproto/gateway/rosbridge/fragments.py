@@ -24,8 +24,8 @@ class FragmentError(Exception):
     """A fragment is invalid; the text is a sentence for the client."""
 
 
-def cut(text: str, size: int, id: str | float) -> tuple[str, ...]:
-    """Cut a JSON text into fragments with `size` characters each; roslib ignores those with the id 0."""
+def split(text: str, size: int, id: str | float) -> tuple[str, ...]:
+    """Split a JSON text into fragments with `size` characters each; roslib ignores those with the id 0."""
     size = max(size, -(-len(text) // MAX_SENT))
     pieces = [text[start : start + size] for start in range(0, len(text), size)]
     total = len(pieces)

@@ -94,7 +94,7 @@ class Subscribe(Operation):
         type: The expected type; None for any.
         throttle_rate: Minimum milliseconds between two messages.
         queue_length: Most messages delayed by `throttle_rate`; with 0, early messages are dropped.
-        fragment_size: Longest text that is not cut into fragments; None for no limit.
+        fragment_size: Longest text that is not split into fragments; None for no limit.
     """
 
     topic: Name

@@ -21,7 +21,7 @@ from rosproto.gateway.chunks import ChunkedMessage, chunked
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.json_text import JsonError, JsonReader, is_short
 from rosproto.gateway.rosbridge.fields import LEVELS, Id, Level, WrongMessage, read_id
-from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, cut
+from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, split
 from rosproto.gateway.rosbridge.operations import (
     OPERATIONS,
     RECEIVED_PARTS,
@@ -204,7 +204,7 @@ class Protocol:
         """
         head = f'{{"op":"service_response","service":{quoted(call.asked)},"values":{values}'
         text = f'{head},"result":{_truth(result)}{_with_id(call.id)}}}'
-        return self.cut(text, call.fragment_size, call.id)
+        return self.split(text, call.fragment_size, call.id)
 
     def service_failure(self, call: CallService, text: str) -> tuple[Payload, ...]:
         """Answer a failed call with a sentence."""
@@ -240,7 +240,7 @@ class Protocol:
     def action_feedback(self, goal: SendActionGoal, values: str) -> tuple[Payload, ...]:
         """Send feedback on a goal; `values` is its JSON text."""
         head = f'{{"op":"action_feedback","action":{quoted(goal.asked)},"values":{values}'
-        return self.cut(f"{head}{_with_id(goal.id)}}}", goal.fragment_size, goal.id)
+        return self.split(f"{head}{_with_id(goal.id)}}}", goal.fragment_size, goal.id)
 
     def action_result(
         self, goal: SendActionGoal, values: str, status: int, *, result: bool = True
@@ -256,19 +256,21 @@ class Protocol:
         head = (
             f'{{"op":"action_result","action":{quoted(goal.asked)},"values":{values},"status":{int(status)}'
         )
-        return self.cut(f'{head},"result":{_truth(result)}{_with_id(goal.id)}}}', goal.fragment_size, goal.id)
+        return self.split(
+            f'{head},"result":{_truth(result)}{_with_id(goal.id)}}}', goal.fragment_size, goal.id
+        )
 
     def action_failure(self, goal: SendActionGoal, text: str) -> tuple[Payload, ...]:
         """End a goal that was not sent, or was lost, with a sentence."""
         return self.action_result(goal, quoted(printable(text, keep="\n\t")), 0, result=False)
 
-    def cut(self, text: str, size: int | None, id: Id = None) -> tuple[Payload, ...]:
+    def split(self, text: str, size: int | None, id: Id = None) -> tuple[Payload, ...]:
         """Return the text itself, or its fragments if it has more than `size` characters."""
         if size is None or len(text) <= size:
             return (text,)
         if not id:  # roslib ignores 0 and ""
             id = f"fragment:{next(self._fragmented)}"
-        return cut(text, size, id)
+        return split(text, size, id)
 
 
 def _with_id(id: Id) -> str:

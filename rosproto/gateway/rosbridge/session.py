@@ -187,7 +187,7 @@ class RosbridgeSession:
         if asked.type:
             insist_type(self._state.node, name, definition_name(asked.type))
         subscription = TopicSubscription(
-            asked.topic, self.channel, self._protocol.cut, self._undecodable, self._other_type
+            asked.topic, self.channel, self._protocol.split, self._undecodable, self._other_type
         )
         subscription.add(asked)
         self._subscriptions[asked.topic] = subscription

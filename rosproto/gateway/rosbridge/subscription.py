@@ -43,7 +43,7 @@ class Settings:
     Attributes:
         interval: Minimum seconds between two messages.
         queue_length: Most messages delayed by `interval`; with 0, early messages are dropped.
-        fragment_size: Longest text that is not cut into fragments; None for no limit.
+        fragment_size: Longest text that is not split into fragments; None for no limit.
         compression: The encoding.
     """
 
@@ -148,13 +148,13 @@ _ENCODERS: dict[Compression, Callable[[MessageEvent, str], Payload]] = {
 }
 
 
-Cut = Callable[[str, int | None], tuple[str | bytes, ...]]
-"""Cuts a text into fragments: `Protocol.cut` of the client."""
+Split = Callable[[str, int | None], tuple[str | bytes, ...]]
+"""Splits a text into fragments: `Protocol.split` of the client."""
 
 
 @dataclass(frozen=True, slots=True)
 class _DeferredMessage:
-    """A message that is encoded, and cut into fragments, when the client is ready for it."""
+    """A message that is encoded, and split into fragments, when the client is ready for it."""
 
     subscription: TopicSubscription
     event: MessageEvent
@@ -174,7 +174,7 @@ class TopicSubscription:
     Args:
         topic: As the client writes it; part of every message.
         channel: Sends to the client.
-        cut: Cuts texts into fragments.
+        split: Splits texts into fragments.
         failed: Called once if a message cannot be decoded.
         other_type: Called with the type of a message that is not the client's; no further message is sent.
             `offer` calls it, so it must not wait.
@@ -184,14 +184,14 @@ class TopicSubscription:
         self,
         topic: str,
         channel: ClientChannel,
-        cut: Cut,
+        split: Split,
         failed: Callable[[str, RosError], object],
         other_type: Callable[[TopicSubscription, str], object],
     ) -> None:
         self.topic = topic
         self._shared: SharedSubscription | None = None
         self._channel = channel
-        self._cut = cut
+        self._split = split
         self._failed = failed
         self._other_type = other_type
         self._type = ""
@@ -307,7 +307,7 @@ class TopicSubscription:
             if settings.compression == "cbor-raw":
                 return (payload,)
             payload = payload.text()
-        return self._cut(payload, settings.fragment_size)
+        return self._split(payload, settings.fragment_size)
 
     def close(self) -> None:
         """Stop sending, drop what waits, and leave the topic."""

@@ -313,8 +313,8 @@ class Publication:
     def link_closed(self, link: OutgoingLink, error: ConnectionLost | None) -> None:
         """Handle the end of a link; `error` is the reason, None if we ended it."""
         self.detach(link)
-        if isinstance(link, SubscriberLink) and link.cut is not None:
-            self._bring_back(link, *link.cut)
+        if isinstance(link, SubscriberLink) and link.reset_ends is not None:
+            self._bring_back(link, *link.reset_ends)
         if error is not None:
             self.context.peer_log.info(self.name, "= %s", error)
             kind = EventKind.DISCONNECTED

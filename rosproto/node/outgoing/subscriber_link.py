@@ -72,7 +72,7 @@ class SubscriberLink(QueuedLink):
         greeting: Our connection header, sent before any message.
 
     Attributes:
-        cut: Local and remote address of a connection that was reset because its backlog was too old; None
+        reset_ends: Local and remote address of a connection that was reset because its backlog was too old; None
             otherwise.
     """
 
@@ -111,7 +111,7 @@ class SubscriberLink(QueuedLink):
         self._large = False  # whether they may include a large message
         self._seen = -len(greeting)  # `_bytes` when nothing was under way
         self._repairing_since: float | None = None  # while the system sends lost bytes again
-        self.cut: tuple[tuple[str, int], tuple[str, int]] | None = None
+        self.reset_ends: tuple[tuple[str, int], tuple[str, int]] | None = None
         # After the system itself has ended a connection, it no longer reports the two addresses.
         self._ends = _ends(sock) if expect_acknowledgement(sock, round(MAX_AGE_SECONDS)) else None
         if greeting:
@@ -361,7 +361,7 @@ class SubscriberLink(QueuedLink):
                 self._backlog = Backlog(max(before, now - 2 * CHECK_SECONDS))
             why = self._backlog.look(now, written, queue, large=self._large)
         if why:
-            self._cut(why)
+            self._reset(why)
 
     def _note_repair(self, repairing: bool, now: float) -> None:
         """Leave it to `look` to end a link on a network that loses bytes all the time; the lock is held.
@@ -376,9 +376,9 @@ class SubscriberLink(QueuedLink):
             self._repairing_since = None
             allow_repair(self.sock, 0.0)
 
-    def _cut(self, why: str) -> None:
+    def _reset(self, why: str) -> None:
         """Discard all unsent bytes, here and in the system; the subscriber may connect again."""
-        self.cut = _ends(self.sock)
+        self.reset_ends = _ends(self.sock)
         set_linger(self.sock, False)
         self._end(OSError(why), deliver=False)
 
@@ -390,7 +390,7 @@ class SubscriberLink(QueuedLink):
 
     def _before_end(self, error: OSError | None, deliver: bool) -> None:
         if error is not None and error.errno in _GAVE_UP and self._ends is not None:
-            self.cut = self._ends
+            self.reset_ends = self._ends
         if error is None:
             if self._batch and deliver and not self._sending:
                 self._send_batch()

@@ -14,7 +14,7 @@ from rosproto.gateway.rosbridge.fragments import (
     SECONDS,
     FragmentError,
     Reassembly,
-    cut,
+    split,
 )
 
 
@@ -26,7 +26,7 @@ def part(num: int, total: int, data: str = "x", id: Any = "f") -> dict[str, Any]
 def test_what_is_cut_is_put_together(size: int) -> None:
     """Every piece has at most `size` characters, and the other end gets the text again."""
     text = json.dumps({"data": "Wüste"})
-    sent = [json.loads(payload) for payload in cut(text, size, "f")]
+    sent = [json.loads(payload) for payload in split(text, size, "f")]
     assert all(len(piece["data"]) <= size for piece in sent)
     pending = Reassembly(10_000)
     results = [pending.add(piece, 0.0) for piece in sent]
@@ -38,7 +38,7 @@ def test_what_is_cut_is_put_together(size: int) -> None:
 @pytest.mark.promise("A message is sent in at most 4096 fragments")
 def test_small_fragments_of_a_large_text_are_made_larger() -> None:
     """A tiny fragment size does not cause a million fragments."""
-    sent = cut("x" * 1_000_000, 1, "f")
+    sent = split("x" * 1_000_000, 1, "f")
     assert len(sent) <= MAX_SENT
     assert "".join(json.loads(payload)["data"] for payload in sent) == "x" * 1_000_000
 

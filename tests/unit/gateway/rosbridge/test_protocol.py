@@ -489,9 +489,9 @@ def test_what_is_sent_in_fragments() -> None:
     """Texts longer than the client wants are cut; the fragments' ids are ones that roslib takes for ids."""
     protocol = Protocol(LIMITS)
     text = publish_text("/t", json.dumps({"data": "x" * 100}))
-    assert protocol.cut(text, None) == (text,)
-    assert protocol.cut(text, len(text)) == (text,)
-    sent = [[json.loads(payload) for payload in protocol.cut(text, 50)] for _ in range(2)]
+    assert protocol.split(text, None) == (text,)
+    assert protocol.split(text, len(text)) == (text,)
+    sent = [[json.loads(payload) for payload in protocol.split(text, 50)] for _ in range(2)]
     for fragments in sent:
         assert "".join(part["data"] for part in fragments) == text
         assert [part["num"] for part in fragments] == list(range(3))

@@ -290,7 +290,7 @@ def test_who_was_given_up_by_the_system_is_brought_back(
     with theirs:
         link._end(OSError(number, "given up"))
     assert asked == [4]
-    assert link.cut == (ends if cut else None)
+    assert link.reset_ends == (ends if cut else None)
     assert len(ended) == 1
     ours.close()
 
