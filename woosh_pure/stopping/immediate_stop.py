@@ -3,9 +3,9 @@
 `stop`, `close` and the end of a program put a `StopRequest` into a queue (`SimpleQueue.put` is C code and
 reentrant). The thread `woosh:immediate-stop`, started before the first motion, marks every motion as asked to
 end and writes its zero or cancel on a connection that is open. It takes no lock that another thread of the
-program can hold, and creates no thread, socket, file or log line. So it works over any interrupted frame, and when
-the system is out of resources. Steps that take time (replies, new connections, checking that the robot
-stands) are in `stop`.
+program can hold, and creates no thread, socket, file or log line. So it works over any interrupted frame,
+and when the system is out of resources. Steps that take time (replies, new connections, checking that the
+robot stands) are in `stop`.
 
 Until the end of a motion is seen, its zero or cancel is written again every second while the Chassis is open:
 a cancel that was lost with the network arrives when the network is back.

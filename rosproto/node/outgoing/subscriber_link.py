@@ -72,8 +72,8 @@ class SubscriberLink(QueuedLink):
         greeting: Our connection header, sent before any message.
 
     Attributes:
-        reset_ends: Local and remote address of a connection that was reset because its backlog was too old; None
-            otherwise.
+        reset_ends: Local and remote address of a connection that was reset because its backlog was too old;
+            None otherwise.
     """
 
     transport = "TCPROS"
