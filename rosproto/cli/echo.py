@@ -13,14 +13,7 @@ from collections.abc import Iterator, Sequence
 from queue import Empty, Queue
 from typing import Any
 
-from rosproto.codec import strify_message
-from rosproto.codec.message import Message
-from rosproto.errors import RosTimeout
-from rosproto.json_values import plain
-from rosproto.text import printable
-from rosproto.time import Time
-
-from .console import (
+from rosproto.cli.console import (
     clear,
     counted,
     enable_escapes,
@@ -29,11 +22,17 @@ from .console import (
     terminal_size,
     warn,
 )
-from .exit_codes import CommandError
-from .expression import Expression
-from .fields import header, parse_field_path, row, split_topic
-from .graph_clients import absolute, below, master_client, open_node
-from .parser import near
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.expression import Expression
+from rosproto.cli.fields import header, parse_field_path, row, split_topic
+from rosproto.cli.graph_clients import absolute, below, master_client, open_node
+from rosproto.cli.parser import near
+from rosproto.codec import strify_message
+from rosproto.codec.message import Message
+from rosproto.errors import RosTimeout
+from rosproto.json_values import plain
+from rosproto.text import printable
+from rosproto.time import Time
 
 REDRAW = 0.1
 """Least seconds between two pictures on a terminal."""
@@ -117,7 +116,7 @@ def _silence(topics: list[str], subscribers: list[Any], seconds: float) -> str:
 
 
 def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
-    from .bag_files import opened
+    from rosproto.cli.bag_files import opened
 
     with opened(arguments.bag, arguments) as bag:
         topics = sorted(bag.topics)

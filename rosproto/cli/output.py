@@ -14,12 +14,11 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO
 
+from rosproto.cli.bag_progress import Progress
+from rosproto.cli.console import enable_escapes, is_terminal, json_text, own, shows_unicode
 from rosproto.json_values import plain
 from rosproto.sentence import say
 from rosproto.text import padded, printable
-
-from .bag_progress import Progress
-from .console import enable_escapes, is_terminal, json_text, own, shows_unicode
 
 _COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "bold": "1", "dim": "2"}
 _FIRST_SIGN = 1.0

@@ -7,17 +7,16 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from rosproto.cli.console import json_text
+from rosproto.cli.exit_codes import CommandError
+from rosproto.cli.graph_clients import absolute, below, master_client, unknown, warn_if_none
+from rosproto.cli.graph_options import add_verbs
+from rosproto.cli.options import argument
+from rosproto.cli.yaml_values import load_text, to_text, value_of
 from rosproto.errors import MasterError
 from rosproto.files import read_file, read_stream, read_text, write_file
 from rosproto.json_values import plain
 from rosproto.text import printable
-
-from .console import json_text
-from .exit_codes import CommandError
-from .graph_clients import absolute, below, master_client, unknown, warn_if_none
-from .graph_options import add_verbs
-from .options import argument
-from .yaml_values import load_text, to_text, value_of
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient

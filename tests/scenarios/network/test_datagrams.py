@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.scenarios.network.conftest import FRESH, Network, soon, wait
 from tests.support.load import crowd
-
-from .conftest import FRESH, Network, soon, wait
 
 pytestmark = pytest.mark.slow
 

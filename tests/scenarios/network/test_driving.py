@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from .conftest import Network, soon, wait
+from tests.scenarios.network.conftest import Network, soon, wait
 
 pytestmark = pytest.mark.slow
 

@@ -7,9 +7,16 @@ import sys
 
 import pytest
 
+from tests.scenarios.network.conftest import (
+    MASTER,
+    Network,
+    heard_again,
+    soon,
+    start_laptop,
+    start_robot,
+    wait,
+)
 from tests.support.air import is_tcp_opening
-
-from .conftest import MASTER, Network, heard_again, soon, start_laptop, start_robot, wait
 
 pytestmark = pytest.mark.slow
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from tests.scenarios.network.conftest import MASTER, Network, soon, wait
 from tests.support.hosts import ROBOT
 from tests.support.ros import PYTHON, environment, require_ros
-
-from .conftest import MASTER, Network, soon, wait
 
 pytestmark = pytest.mark.slow
 

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from .conftest import LINK_SECONDS, MASTER_SECONDS, Network, heard_again, soon, start_robot, wait
+from tests.scenarios.network.conftest import (
+    LINK_SECONDS,
+    MASTER_SECONDS,
+    Network,
+    heard_again,
+    soon,
+    start_robot,
+    wait,
+)
 
 pytestmark = pytest.mark.slow
 

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.support.hosts import LAPTOP, LAPTOP6, ROBOT, ROBOT6, two_hosts
-from tests.support.load import crowd
-from tests.support.ros import PYTHON, environment, require_ros
-
-from .conftest import (
+from tests.scenarios.network.conftest import (
     FRESH,
     LINK_SECONDS,
     MASTER,
@@ -20,6 +16,9 @@ from .conftest import (
     start_robot,
     wait,
 )
+from tests.support.hosts import LAPTOP, LAPTOP6, ROBOT, ROBOT6, two_hosts
+from tests.support.load import crowd
+from tests.support.ros import PYTHON, environment, require_ros
 
 pytestmark = pytest.mark.slow
 

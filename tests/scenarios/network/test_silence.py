@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import pytest
 
+from tests.scenarios.network.conftest import (
+    FRESH,
+    LINK_SECONDS,
+    MASTER,
+    Network,
+    heard_again,
+    soon,
+    start_laptop,
+    wait,
+)
 from tests.support.hosts import ROBOT
 from tests.support.load import crowd
 from tests.support.ros import PYTHON, environment, require_ros
-
-from .conftest import FRESH, LINK_SECONDS, MASTER, Network, heard_again, soon, start_laptop, wait
 
 pytestmark = pytest.mark.slow
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from tests.scenarios.network.conftest import Network, start_laptop, start_robot, wait
 from tests.support.load import crowd
-
-from .conftest import Network, start_laptop, start_robot, wait
 
 pytestmark = pytest.mark.slow
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from .conftest import Network, soon, wait
-from .test_driving import ROBOT_SIDE
+from tests.scenarios.network.conftest import Network, soon, wait
+from tests.scenarios.network.test_driving import ROBOT_SIDE
 
 pytestmark = pytest.mark.slow
 AWAY = 12.0  # seconds

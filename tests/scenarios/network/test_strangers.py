@@ -8,13 +8,12 @@ import signal
 
 import pytest
 
+from tests.scenarios.network.conftest import MASTER, Network, start_robot, wait
 from tests.support.hosts import LAPTOP
 from tests.support.load import crowd
 from tests.support.ros import PYTHON, environment, require_ros
 from tests.support.ros_code import build_cpp_node
 from tests.support.ros_process import RosProcess
-
-from .conftest import MASTER, Network, start_robot, wait
 
 pytestmark = pytest.mark.slow
 
