@@ -317,6 +317,7 @@ def _segments_cross(
 def _contains_origin(edges: Sequence[tuple[tuple[float, float], tuple[float, float]]]) -> bool:
     inside = False
     for (ax, ay), (bx, by) in edges:
+        # The edge crosses the positive x axis: an odd number of crossings means inside.
         if (ay > 0) != (by > 0) and ax + (bx - ax) * (-ay) / (by - ay) > 0:
             inside = not inside
     return inside
@@ -324,5 +325,6 @@ def _contains_origin(edges: Sequence[tuple[tuple[float, float], tuple[float, flo
 
 def _distance_to_segment(a: tuple[float, float], b: tuple[float, float]) -> float:
     dx, dy = b[0] - a[0], b[1] - a[1]
+    # Share of the segment at which it is nearest to the origin.
     t = min(1.0, max(0.0, -(a[0] * dx + a[1] * dy) / (dx * dx + dy * dy)))
     return math.hypot(a[0] + t * dx, a[1] + t * dy)

@@ -21,6 +21,7 @@ class TokenBucket:
 
     def take(self, now: float) -> bool:
         """Whether one more is allowed now."""
+        # Refilled for the time since the last call, up to `burst`; full (inf) before the first one.
         self._level = min(self.burst, self._level + max(0.0, now - self._then) * self.rate)
         self._then = now
         if self._level < 1.0:

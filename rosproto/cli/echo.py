@@ -303,6 +303,7 @@ class PlotSamples:
         if self._seconds is not None:
             oldest = max(oldest, newest - self._seconds)
         rows = max(1, height - 1)
+        # The highest value labels the first row, the lowest the last.
         labels = [f"{high:.4g}", *[""] * (rows - 2), *([f"{low:.4g}"] if rows > 1 else [])]
         margin = max(map(len, labels))
         columns = max(8, width - margin - 2)

@@ -62,6 +62,7 @@ def behind_the_verb(words: Sequence[str]) -> list[str]:
         takes_value = rest[0] in ("--master", "--msg-path", "--resolve")
         early += rest[: 1 + takes_value]
         del rest[: 1 + takes_value]
+    # Options before the command go behind it and its verb: their parsers know these options.
     verb = rest[1:2] if rest[:1] and rest[0] not in _WITHOUT_VERBS else []
     at = 1 + sum(not word.startswith("-") for word in verb)
     return [*rest[:at], *early, *rest[at:]] if early else list(words)

@@ -81,6 +81,7 @@ class KeyDecoder:
 
 def _character(data: bytes) -> tuple[int, str]:
     first = data[0]
+    # The first byte of a character in UTF-8 says how many follow.
     length = 1 if first < 0xC0 else 2 if first < 0xE0 else 3 if first < 0xF0 else 4
     if len(data) < length:
         return 0, ""

@@ -196,6 +196,7 @@ class NodeParts:
             partial(self.master_monitor.close, seconds),
             self.topics.close,
             partial(context.close_servers, seconds),
+            # Again: a call to the master that hung has ended with the client that `close_servers` closed.
             partial(self.master_monitor.close, seconds),
         )
 

@@ -82,9 +82,11 @@ def length_left(path: Sequence[Pose2D], here: Pose2D) -> float | None:
     """
     if len(path) < 2:
         return here.distance_to(path[0]) if path else None
-    best, behind = (math.inf, 0.0), 0.0
+    best = math.inf, 0.0  # (distance from the path, path left behind that point)
+    behind = 0.0  # length of the segments that were looked at
     for a, b in reversed(list(itertools.pairwise(path))):
         length = a.distance_to(b)
+        # The point of the segment that is nearest to `here` is `along` metres from its begin.
         along = ((here.x - a.x) * (b.x - a.x) + (here.y - a.y) * (b.y - a.y)) / length if length else 0.0
         along = min(max(along, 0.0), length)
         share = along / length if length else 0.0

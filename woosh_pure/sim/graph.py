@@ -184,9 +184,9 @@ class Graph:
         request, response = message_type(f"{row.type}Request"), message_type(f"{row.type}Response")
 
         def handle(message: DynamicMessage) -> DynamicMessage:
-            self._network.travel()
+            self._network.travel()  # the request
             answer = handler(firmware.convert(message, request))
-            self._network.travel()
+            self._network.travel()  # the response
             return firmware.convert(response(**answer), theirs._response_class)
 
         self._keep.append(self.node(row.providers[0]).service_server(row.name, theirs, handle))

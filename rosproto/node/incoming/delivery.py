@@ -38,6 +38,7 @@ class Delivery:
             self.decode = self._decode_later
             self.owns = type_.may_be_large or type_.is_wildcard
         sizes = [queue.keeps for queue in queues]
+        # What no subscriber would keep is not even delivered.
         self.newest = None if None in sizes else max((s for s in sizes if s is not None), default=1)
         self.offer_one: Callable[[Any], None] | None = (
             self._queues[0].offer_one if len(queues) == 1 and self._queues else None
@@ -74,7 +75,7 @@ class Delivery:
                 queue.offer([encoded(message, header) for message in batch], stamp)
 
     def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
-        return batch
+        return batch  # without a conversion every message fits; see `RevisedDelivery`
 
     def _decode_all(self, batch: Sequence[Any], header: dict[str, str]) -> Sequence[Any]:
         return [self._decoded(message, header) for message in batch]
