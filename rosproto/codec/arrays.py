@@ -11,10 +11,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
+    from typing_extensions import Buffer
+
+    from rosproto.codec.binding import Part
 
 
-def number_part(value: Any, code: str, dtype: str) -> tuple[Any, int]:
+def number_part(value: Any, code: str, dtype: str) -> tuple[Part, int]:
     """Convert a field's value to a part for `bytes.join`; return it with the number of elements.
 
     Args:
@@ -46,7 +50,7 @@ def number_part(value: Any, code: str, dtype: str) -> tuple[Any, int]:
     return _from_array(value, dtype)
 
 
-def fixed_part(value: Any, code: str, dtype: str, length: int) -> Any:
+def fixed_part(value: object, code: str, dtype: str, length: int) -> Part:
     """`number_part` for `T[N]`; refuses any other number of elements."""
     part, count = number_part(value, code, dtype)
     if count != length:
@@ -54,7 +58,7 @@ def fixed_part(value: Any, code: str, dtype: str, length: int) -> Any:
     return part
 
 
-def fixed_bytes(value: Any, code: str, dtype: str, length: int) -> bytes:
+def fixed_bytes(value: object, code: str, dtype: str, length: int) -> bytes:
     """`fixed_part` as bytes, for struct's "s"."""
     return bytes(fixed_part(value, code, dtype, length))
 
@@ -64,7 +68,7 @@ def _pack_code(code: str) -> str:
     return "B" if code == "?" else code
 
 
-def _from_array(value: Any, dtype: str) -> tuple[Any, int]:
+def _from_array(value: object, dtype: str) -> tuple[Part, int]:
     import numpy as np
 
     source = np.asarray(value)
@@ -77,7 +81,7 @@ def _from_array(value: Any, dtype: str) -> tuple[Any, int]:
     return source, int(source.size)
 
 
-def _converted(source: NDArray[Any], wanted: Any) -> NDArray[Any]:
+def _converted(source: NDArray[np.generic], wanted: np.dtype[Any]) -> NDArray[np.generic]:
     """Change the dtype if every value fits; overflow, and floats for integers, are errors."""
     import numpy as np
 
@@ -88,7 +92,7 @@ def _converted(source: NDArray[Any], wanted: Any) -> NDArray[Any]:
     if wanted.kind == "b":
         if source.dtype.kind == "f":
             raise TypeError(f"booleans are expected, not dtype {source.dtype}")
-        truth: NDArray[Any] = source != 0
+        truth: NDArray[np.bool_] = source != 0
         return truth
     if wanted.kind == "f":
         with np.errstate(over="ignore"):
@@ -104,11 +108,11 @@ def _converted(source: NDArray[Any], wanted: Any) -> NDArray[Any]:
     return source.astype(wanted)
 
 
-def bool_view(buffer: Any, count: int, offset: int) -> NDArray[Any]:
+def bool_view(buffer: bytes | memoryview, count: int, offset: int) -> NDArray[np.bool_]:
     """Decode bool[] to a read-only copy; any non-zero byte is true."""
     import numpy as np
 
-    result: NDArray[Any] = np.frombuffer(buffer, "u1", count, offset) != 0
+    result: NDArray[np.bool_] = np.frombuffer(buffer, "u1", count, offset) != 0
     result.flags.writeable = False
     return result
 
@@ -118,7 +122,7 @@ def plain_bools(values: Sequence[int]) -> list[bool]:
     return [value != 0 for value in values]
 
 
-def read_only(buffer: Any) -> memoryview:
+def read_only(buffer: Buffer) -> memoryview:
     """A flat, read-only view of any buffer."""
     view = memoryview(buffer).toreadonly()
     return view if view.format == "B" and view.ndim == 1 else view.cast("B")

@@ -9,7 +9,7 @@ The reference codec, which works on plain values, handles errors and unusual def
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
@@ -21,6 +21,7 @@ from rosproto.msg import DefinitionLibrary, MessageSpec
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+    from typing_extensions import Buffer
 
     from rosproto.codec.message import Message
 
@@ -94,7 +95,7 @@ class Binding:
     @overload
     def function(
         self, name: Literal["decode", "general_decode"]
-    ) -> Callable[[Octets, int, int], Message]: ...
+    ) -> Callable[[Buffer, int, int], Message]: ...
     @overload
     def function(self, name: Literal["fill"]) -> Callable[[Message], None]: ...
     def function(self, name: str) -> Callable[..., Any]:
@@ -146,16 +147,16 @@ class Binding:
 
     # -- when generated code fails -----------------------------------------------------------
 
-    def _decode_general(self, data: Octets, start: int, end: int) -> Message:
+    def _decode_general(self, data: Buffer, start: int, end: int) -> Message:
         return self.function("general_decode")(data, start, end)
 
-    def _decode_again(self, data: Octets, start: int, end: int, error: Exception) -> Message:
+    def _decode_again(self, data: Buffer, start: int, end: int, error: Exception) -> Message:
         """Decode with the general code, which accepts non-UTF-8 text and all kinds of buffers."""
         if isinstance(error, (UnicodeDecodeError, AttributeError, TypeError)):
             return self.function("general_decode")(data, start, end)
         return self._decode_slowly(data, start, end, error)
 
-    def _decode_slowly(self, data: Octets, start: int, end: int, error: Exception | None = None) -> Message:
+    def _decode_slowly(self, data: Buffer, start: int, end: int, error: Exception | None = None) -> Message:
         """Decode with the reference codec, which names a wrong field and supports sparse layouts."""
         from rosproto.codec.reference import decode_layout
 

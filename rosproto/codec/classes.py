@@ -98,7 +98,7 @@ def _make_class(
     for name in names:
         check_field_name(name, spec.name)
     package, _, base_name = spec.name.partition("/")
-    namespace: dict[str, Any] = {constant.name: constant.value for constant in spec.constants}
+    namespace: dict[str, object] = {constant.name: constant.value for constant in spec.constants}
     for name in names:
         namespace.pop(name, None)
     namespace.update(
@@ -240,7 +240,7 @@ def _clear_away(characters: int) -> None:
         gc.collect()
 
 
-def pickled(message: Message) -> tuple[Any, ...]:
+def pickled(message: Message) -> tuple[object, ...]:
     """Result of `__reduce__`: how to find the class in another process, and the values."""
     binding = message._binding
     assert binding is not None

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from rosproto.codec.classes import message_class
 from rosproto.codec.layout import FORMATS, RANGES_BY_CODE
-from rosproto.codec.message import Message
+from rosproto.codec.message import DynamicMessage, Message
 from rosproto.errors import CodecError
 from rosproto.msg.spec import Field, MessageSpec
 
@@ -74,25 +74,31 @@ class Conversion:
         self.dropped: list[str] = []
         self.defaulted: list[str] = []
         self.convert = self._compiled(self._plan())
-        self._default: Any = None
+        self._default: Message | None = None
 
     def __repr__(self) -> str:
         return f"<Conversion {self.source._type} {self.source._md5sum[:4]} to {self.target._md5sum[:4]}>"
 
-    def __call__(self, message: Any) -> Any:
+    def __call__(self, message: Message) -> DynamicMessage:
         """A new message of `target` with the values of `message`.
 
         Raises:
             CodecError: A value does not fit the target's width; names the field.
         """
-        return self.convert(message)
+        made: DynamicMessage = self.convert(message)
+        return made
 
     def _compiled(self, steps: list[tuple[str, str, Convert | None]]) -> Convert:
         """Generate one function for all fields: a loop takes four times as long.
 
         The parser ensures that field names are identifiers, but they may be Python keywords.
         """
-        scope: dict[str, Any] = {"new": object.__new__, "target": self.target, "get": getattr, "put": setattr}
+        scope: dict[str, Any] = {
+            "new": object.__new__,
+            "target": self.target,
+            "get": getattr,
+            "put": setattr,
+        }
         lines = ["def convert(message):", " made = new(target)"]
         for i, (source_name, target_name, convert) in enumerate(steps):
             value = f"message.{source_name}"
@@ -113,7 +119,7 @@ class Conversion:
         made: Convert = scope["convert"]
         return made
 
-    def lost(self, message: Any) -> list[str]:
+    def lost(self, message: Message) -> list[str]:
         """Paths of fields that `target` lacks and whose values differ from the default."""
         if not self.dropped:
             return []
@@ -123,7 +129,7 @@ class Conversion:
             path for path in self.dropped if _differs(message, self._default, path.split("."), self.source)
         ]
 
-    def require_lossless(self, message: Any) -> None:
+    def require_lossless(self, message: Message) -> None:
         """Raise ValuesLost when `lost(message)` is not empty."""
         lost = self.lost(message)
         if lost:
@@ -217,7 +223,7 @@ def _assignment(name: str, value: str) -> str:
     return f" put(made, {name!r}, {value})" if iskeyword(name) else f" made.{name} = {value}"
 
 
-def _differs(given: Any, default: Any, path: list[str], cls: type[Message]) -> bool:
+def _differs(given: object, default: object, path: list[str], cls: type[Message]) -> bool:
     """Whether a field differs from its default, in any element of the arrays on its path."""
     value, usual = getattr(given, path[0]), getattr(default, path[0])
     if len(path) == 1:
@@ -228,7 +234,7 @@ def _differs(given: Any, default: Any, path: list[str], cls: type[Message]) -> b
     return any(_differs(item, blank, path[1:], inner) for item in (value if field.type.is_array else [value]))
 
 
-def _unequal(value: Any, usual: Any) -> bool:
+def _unequal(value: object, usual: object) -> bool:
     """`!=` for plain values and arrays."""
     if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
         return list(_plain(value)) != list(_plain(usual))

@@ -25,7 +25,7 @@ import struct
 from collections.abc import Callable
 from functools import cache
 from itertools import repeat, starmap
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import arrays
 from rosproto.codec.collector_pause import pause, resume
@@ -37,6 +37,9 @@ from rosproto.codec.generated_source import (
 )
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.codec.value_style import ValueStyle
+
+if TYPE_CHECKING:
+    import numpy as np
 
 ERRORS = (struct.error, ValueError, TypeError, AttributeError, OverflowError)
 MAX_LOOP_DEPTH = 3
@@ -55,12 +58,12 @@ PROBE_FROM = 3
 def decode_function(
     layout: Layout,
     value_style: ValueStyle,
-    maker: Callable[[str], Any],
+    maker: Callable[[str], Callable[[], object]],
     *,
     general: bool = False,
     partial: bool = False,
-    fail: Callable[..., Any] | None = None,
-    other: Callable[..., Any] | None = None,
+    fail: Callable[..., object] | None = None,
+    other: Callable[..., object] | None = None,
 ) -> Callable[..., Any]:
     """Generate `decode(b, o, e) -> message`.
 
@@ -88,7 +91,7 @@ class _DecodeWriter:
         self,
         layout: Layout,
         value_style: ValueStyle,
-        maker: Callable[[str], Any],
+        maker: Callable[[str], Callable[[], object]],
         *,
         general: bool,
     ) -> None:
@@ -235,7 +238,7 @@ class _DecodeWriter:
     # -- the function ------------------------------------------------------------------------
 
     def write(
-        self, *, partial: bool, fail: Callable[..., Any] | None, other: Callable[..., Any] | None
+        self, *, partial: bool, fail: Callable[..., object] | None, other: Callable[..., object] | None
     ) -> None:
         src = self.src
         if other is not None and self.views:
@@ -503,12 +506,12 @@ class _DecodeWriter:
         src.dedent()
 
 
-def plain_bytes(buffer: Any, count: int, offset: int) -> bytes:
+def plain_bytes(buffer: memoryview, count: int, offset: int) -> bytes:
     return bytes(buffer[offset : offset + count])
 
 
 @cache
-def shared_dtype(name: str) -> Any:
+def shared_dtype(name: str) -> np.dtype[np.generic]:
     """One dtype object per name: the encoder compares by identity."""
     import numpy as np
 

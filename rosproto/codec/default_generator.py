@@ -10,7 +10,6 @@ as in genpy.)
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from rosproto.codec.decode_generator import MAX_STATEMENTS
 from rosproto.codec.generated_source import Source
@@ -19,18 +18,18 @@ from rosproto.codec.value_style import ValueStyle
 
 
 def fill_function(
-    layout: Layout, value_style: ValueStyle, maker: Callable[[str], Any]
-) -> Callable[[Any], None]:
+    layout: Layout, value_style: ValueStyle, maker: Callable[[str], Callable[[], object]]
+) -> Callable[[object], None]:
     """Generate `fill(message)`."""
     writer = _FillWriter(value_style, maker)
     writer.fields(layout, "m")
     writer.src.line("m._connection_header = None")
-    function: Callable[[Any], None] = writer.src.compile("fill", layout.spec.name)
+    function: Callable[[object], None] = writer.src.compile("fill", layout.spec.name)
     return function
 
 
 class _FillWriter:
-    def __init__(self, value_style: ValueStyle, maker: Callable[[str], Any]) -> None:
+    def __init__(self, value_style: ValueStyle, maker: Callable[[str], Callable[[], object]]) -> None:
         self.value_style = value_style
         self.maker = maker
         self.src = Source("def fill(m):")
@@ -82,7 +81,7 @@ class _FillWriter:
             items = self.src.fresh("l")
             self.src.line(f"{items} = {target} = []")
             if field.layout is None:
-                make: Callable[..., Any] = (
+                make: Callable[[], object] = (
                     self.value_style.time if field.base == "time" else self.value_style.duration
                 )
             else:
@@ -103,8 +102,8 @@ class _FillWriter:
         return f"[{zero}] * {field.length}" if field.length else "[]"
 
 
-def _factory(maker: Callable[[], Any], fill: Callable[[Any], None]) -> Callable[[], Any]:
-    def make() -> Any:
+def _factory(maker: Callable[[], object], fill: Callable[[object], None]) -> Callable[[], object]:
+    def make() -> object:
         message = maker()
         fill(message)
         return message

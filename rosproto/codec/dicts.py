@@ -6,7 +6,8 @@ single value for a message of one field, `now` for a time, `auto` for a Header (
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, TypeVar
 
 from rosproto.codec.classes import message_class
 from rosproto.codec.message import Message
@@ -15,12 +16,14 @@ from rosproto.json_values import plain
 from rosproto.msg.parser import INTEGER_RANGES
 from rosproto.time import Duration, Time, TVal
 
+M = TypeVar("M", bound=Message)
+
 INTEGERS = frozenset(INTEGER_RANGES)
 FLOATS = frozenset(("float32", "float64"))
 TIMES: dict[str, type[Time] | type[Duration]] = {"time": Time, "duration": Duration}
 
 
-def to_dict(message: Any, *, finite: bool = False) -> dict[str, Any]:
+def to_dict(message: object, *, finite: bool = False) -> dict[str, Any]:
     """A message as nested dicts, lists, str, int, float and bool.
 
     Args:
@@ -34,7 +37,7 @@ def to_dict(message: Any, *, finite: bool = False) -> dict[str, Any]:
     return document
 
 
-def from_dict(cls: type[Message], value: Any, *, now: Time | None = None) -> Any:
+def from_dict(cls: type[M], value: object, *, now: Time | None = None) -> M:
     """A new message of a class with these values; other fields keep their defaults.
 
     Raises:
@@ -45,7 +48,7 @@ def from_dict(cls: type[Message], value: Any, *, now: Time | None = None) -> Any
     return message
 
 
-def fill(message: Any, value: Any, *, now: Time | None = None) -> None:
+def fill(message: Message, value: object, *, now: Time | None = None) -> None:
     """Set the fields of a message from plain values.
 
     Args:
@@ -60,7 +63,7 @@ def fill(message: Any, value: Any, *, now: Time | None = None) -> None:
     _fill(message, value, now, "", message._type)
 
 
-def _fill(message: Any, value: Any, now: Time | None, path: str, top: str) -> None:
+def _fill(message: Any, value: object, now: Time | None, path: str, top: str) -> None:
     slots = message.__slots__
     if value is None:
         return
@@ -89,12 +92,14 @@ def _fill(message: Any, value: Any, now: Time | None, path: str, top: str) -> No
         setattr(message, name, _value(types[name], item, now, inner, top, current, type(message)))
 
 
-def _one_array(message: Any, items: Any) -> bool:
+def _one_array(message: Message, items: Sequence[object]) -> bool:
     """Whether `items`, such as `[1, 2, 3]`, is the array of a message without other fields."""
     return len(message.__slots__) == 1 and message._slot_types[0].endswith("]") and len(items) != 1
 
 
-def _value(kind: str, value: Any, now: Time | None, path: str, top: str, current: Any, owner: Any) -> Any:
+def _value(
+    kind: str, value: object, now: Time | None, path: str, top: str, current: object, owner: type[Message]
+) -> object:
     if kind.endswith("]"):
         return _array(kind.partition("[")[0], value, now, path, top, owner)
     if kind in TIMES:
@@ -111,22 +116,26 @@ def _value(kind: str, value: Any, now: Time | None, path: str, top: str, current
     return current
 
 
-def _array(base: str, value: Any, now: Time | None, path: str, top: str, owner: Any) -> Any:
+def _array(
+    base: str, value: object, now: Time | None, path: str, top: str, owner: type[Message]
+) -> Sequence[object]:
     if isinstance(value, (bytes, bytearray)):
         return bytes(value)
-    if not isinstance(value, (list, tuple)) and not hasattr(value, "tolist"):
+    items = list(value) if hasattr(value, "tolist") else value
+    if not isinstance(items, (list, tuple)):
         raise _wrong(f"{value!r} is not a list, and {base}[] is asked for", path, top)
     if base in INTEGERS or base in FLOATS:
-        return [_number(base, item, f"{path}[{i}]", top) for i, item in enumerate(value)]
+        return [_number(base, item, f"{path}[{i}]", top) for i, item in enumerate(items)]
+    assert owner._binding is not None
     library = owner._binding.library
 
-    def fresh() -> Any:
+    def fresh() -> Message | None:
         return message_class(base, library)() if "/" in base else None
 
-    return [_value(base, item, now, f"{path}[{i}]", top, fresh(), owner) for i, item in enumerate(value)]
+    return [_value(base, item, now, f"{path}[{i}]", top, fresh(), owner) for i, item in enumerate(items)]
 
 
-def _number(kind: str, value: Any, path: str, top: str) -> int | float:
+def _number(kind: str, value: object, path: str, top: str) -> int | float:
     if kind in FLOATS:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return float(value)
@@ -135,7 +144,7 @@ def _number(kind: str, value: Any, path: str, top: str) -> int | float:
     raise _wrong(f"{value!r} is not a valid {kind}", path, top)
 
 
-def _string(value: Any, path: str, top: str) -> str:
+def _string(value: object, path: str, top: str) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, (int, float)):  # `frame_id: 1` typed without quotes
@@ -143,7 +152,7 @@ def _string(value: Any, path: str, top: str) -> str:
     raise _wrong(f"{value!r} is not a string", path, top)
 
 
-def _time(cls: type[Time] | type[Duration], value: Any, now: Time | None, path: str, top: str) -> Any:
+def _time(cls: type[Time] | type[Duration], value: object, now: Time | None, path: str, top: str) -> TVal:
     if value == "now" and cls is Time:
         return _now(now, path, top)
     if isinstance(value, dict) and set(value) <= {"secs", "nsecs"}:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TypeVar
 
+from rosproto.codec.binding import Octets
 from rosproto.codec.message import AnyMsg, Message
 
 M = TypeVar("M", bound=Message)
@@ -21,7 +22,7 @@ def encode(msg: Message) -> bytes:
         TypeError: `msg` is not a message.
     """
     try:
-        return msg._encode()  # type: ignore[no-any-return]
+        return msg._encode()
     except AttributeError:
         if isinstance(msg, Message):
             raise
@@ -40,24 +41,26 @@ def decode(cls: type[M], data: bytes | bytearray | memoryview) -> M:
     """
     if type(data) is not bytes:
         data = memoryview(data).tobytes()
-    return cls._decode(data, 0, len(data))  # type: ignore[no-any-return]
+    return cls._decode(data, 0, len(data))
 
 
 def encoder(cls: type[M]) -> Callable[[M], bytes]:
     """The function behind `encode` for one class, for frequent calls."""
-    binding = cls._binding
-    return cls._encode if binding is None else binding.function("encode")
+    if cls._binding is not None:
+        cls._binding.function("encode")  # replaces cls._encode
+    return cls._encode
 
 
-def decoder(cls: type[M]) -> Callable[[Any, int, int], M]:
+def decoder(cls: type[M]) -> Callable[[Octets, int, int], M]:
     """The function behind `decode` for one class: (buffer, start, end) -> message, without a copy.
 
     If `cls._has_views`, the message refers to the buffer and keeps it alive: pass bytes, or a bytearray,
     memoryview or uint8 array that does not change any more. Otherwise the message is independent of the
     buffer, which may be reused (bytes and bytearray are fastest).
     """
-    binding = cls._binding
-    return cls._decode if binding is None else binding.function("decode")
+    if cls._binding is not None:
+        cls._binding.function("decode")  # replaces cls._decode
+    return cls._decode
 
 
 def prepare(cls: type[Message], *, parts: bool = False) -> None:
@@ -84,19 +87,22 @@ def encode_parts(msg: Message) -> list[bytes | memoryview]:
     if isinstance(msg, AnyMsg) or msg._binding is None:
         return [encode(msg)]
     gathered: list[bytes | memoryview] = []
-    small: list[Any] = []
-    for part in msg._binding.function("parts")(msg):
-        if not isinstance(part, (bytes, bytearray)):
+    small: list[bytes | bytearray | memoryview] = []
+    part: bytes | bytearray | memoryview
+    for made in msg._binding.function("parts")(msg):
+        if isinstance(made, (bytes, bytearray)):
+            part = made
+        else:
             # Strided arrays are copied. Viewed as uint8, because memoryview.cast refuses unaligned arrays.
-            contiguous = part if part.flags.c_contiguous else part.copy()
-            part = memoryview(contiguous.reshape(-1).view("u1"))
+            contiguous = made if made.flags.c_contiguous else made.copy()
+            part = contiguous.reshape(-1).view("u1").data
         if len(part) < LARGE_PART:
             small.append(part)
             continue
         if small:
             gathered.append(b"".join(small))
             small = []
-        gathered.append(memoryview(part) if type(part) is bytearray else part)
+        gathered.append(memoryview(part) if isinstance(part, bytearray) else part)
     if small or not gathered:
         gathered.append(b"".join(small))
     return gathered

@@ -25,7 +25,7 @@ All fixed-size fields and strings between two arrays are packed by one struct; a
 from __future__ import annotations
 
 from collections import UserString
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rosproto.codec import arrays
@@ -55,7 +55,7 @@ def encode_function(
     general: bool = False,
     parts: bool = False,
     nested: bool = False,
-    fail: Callable[..., Any] | None = None,
+    fail: Callable[..., object] | None = None,
 ) -> Callable[..., Any]:
     """Generate `encode(message) -> bytes`.
 
@@ -97,7 +97,7 @@ class _EncodeWriter:
 
     # -- the function ------------------------------------------------------------------------
 
-    def write(self, fail: Callable[..., Any] | None) -> None:
+    def write(self, fail: Callable[..., object] | None) -> None:
         src = self.src
         if not self.nested:
             src.indent("try:")
@@ -381,7 +381,7 @@ class _EncodeWriter:
         self.loops -= 1
 
 
-def text_bytes(value: Any) -> bytes:
+def text_bytes(value: object) -> bytes:
     """Encode a string field: str (surrogates stand for non-UTF-8 bytes) or bytes."""
     if isinstance(value, str):
         return value.encode("utf-8", "surrogateescape")
@@ -392,13 +392,13 @@ def text_bytes(value: Any) -> bytes:
     raise TypeError(f"str expected, not {type(value).__name__}")
 
 
-def _items(value: Any) -> Any:
+def _items(value: object) -> tuple[object, ...]:
     if type(value) is tuple:
         return value
     raise TypeError(f"a list is expected, not {type(value).__name__}")
 
 
-def _any_items(value: Any) -> list[Any]:
+def _any_items(value: Iterable[object]) -> list[object]:
     if isinstance(value, (str, bytes, bytearray, dict)):
         raise TypeError(f"a list is expected, not {type(value).__name__}")
     return list(value)

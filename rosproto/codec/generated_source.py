@@ -65,7 +65,7 @@ class Source:
         self._counter += 1
         return f"{prefix}{self._counter}"
 
-    def constant(self, value: Any, prefix: str = "k") -> str:
+    def constant(self, value: object, prefix: str = "k") -> str:
         """The name of a global with this value."""
         name = self._names.get(id(value))
         if name is None:
@@ -74,7 +74,7 @@ class Source:
             self.globals[name] = value
         return name
 
-    def variable(self, value: Any) -> str:
+    def variable(self, value: object) -> str:
         """The name of a global that the function rebinds; its initial value is `value`."""
         name = f"V{len(self.globals)}"
         self.globals[name] = value
@@ -131,15 +131,16 @@ def quickest(form: str, *, packs: bool) -> str:
     return form
 
 
+StructMethod = Callable[..., object]
+Lengths = int | tuple[int, ...]
+"""The length of a run's string, or those of several strings."""
 STRUCTS_KEPT = 4096
-MAX_SHARED_CHARACTERS = (
-    256  # characters of a format; a Struct takes 32 bytes for each; long ones are rarely shared
-)
-shared_methods: dict[tuple[str, str], Any] = {}
+LONGEST_SHARED = 256  # characters of a format; a Struct takes 32 bytes for each; long ones are rarely shared
+shared_methods: dict[tuple[str, str], StructMethod] = {}
 """Methods of structs by format and name, shared by all types; at most `STRUCTS_KEPT`."""
 
 
-def _shared_method(form: str, method: str) -> Any:
+def _shared_method(form: str, method: str) -> StructMethod:
     """One method per format for all types; the cache is bounded, because definitions are untrusted."""
     found = shared_methods.get((form, method))
     if found is None:
@@ -195,17 +196,19 @@ CACHED_STRUCTS = 256
 CACHED_LENGTH = 512
 
 
-def _struct_maker(codes: list[str], method: str) -> tuple[Callable[[Any], Any], Callable[[Any], Any]]:
+def _struct_maker(
+    codes: list[str], method: str
+) -> tuple[Callable[[Lengths], StructMethod | None], Callable[[Lengths], StructMethod]]:
     """Two functions of the lengths of a run's strings: the method of its struct if known, and a new one.
 
     Lengths are one number, or a tuple for several strings. The cache is bounded.
     """
     form = merge_codes(codes)
-    known: dict[Any, Any] = {}
+    known: dict[Lengths, StructMethod] = {}
 
-    def make(lengths: Any) -> Any:
-        found = getattr(Struct(quickest(form % lengths, packs=method == "pack")), method)
-        longest = lengths if type(lengths) is int else max(lengths)
+    def make(lengths: Lengths) -> StructMethod:
+        found: StructMethod = getattr(Struct(quickest(form % lengths, packs=method == "pack")), method)
+        longest = lengths if isinstance(lengths, int) else max(lengths)
         if longest <= CACHED_LENGTH:
             if len(known) >= CACHED_STRUCTS:
                 known.clear()

@@ -6,7 +6,7 @@ Source: genpy/message.py; tools written for rospy messages rely on these names.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
 from rosproto.codec.binding import Binding, Octets
 from rosproto.msg import MessageSpec
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from _typeshed import SupportsWrite
     from numpy.typing import NDArray
     from typing_extensions import Self
-
-M = TypeVar("M", bound="Message")
 
 __all__ = ["AnyMsg", "DynamicMessage", "Message", "MessageMeta", "ServiceType"]
 
@@ -47,9 +45,9 @@ class MessageMeta(type):
     _fill: Callable[[object], None]
     _names: frozenset[str]
 
-    def __call__(cls: type[M], *args: object, **kwargs: object) -> M:
-        self = object.__new__(cls)
-        if cls.__init__ is not object.__init__:
+    def __call__(cls, *args: object, **kwargs: object) -> Any:
+        self: Any = object.__new__(cls)  # type: ignore[arg-type]
+        if cls.__init__ is not object.__init__:  # type: ignore[misc]
             cls._fill(self)
             cls.__init__(self, *args, **kwargs)
             return self

@@ -8,13 +8,13 @@ char[] bytes, time and duration a (secs, nsecs) pair, a string a str (bytes that
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from rosproto.codec.layout import RANGES_BY_CODE, FieldLayout, Layout
 from rosproto.errors import CodecError
 
 if TYPE_CHECKING:
-    from rosproto.codec.binding import Octets
+    from typing_extensions import Buffer
 
 LIGHT_SPARE = 1 << 18
 LIGHT_PER_BYTE = 16
@@ -23,7 +23,7 @@ each byte of the message. (This codec, which decodes them, temporarily takes fou
 """
 
 
-def decode_layout(layout: Layout, data: Octets, start: int, end: int) -> dict[str, object]:
+def decode_layout(layout: Layout, data: Buffer, start: int, end: int) -> dict[str, object]:
     """Decode exactly the bytes `data[start:end]`.
 
     Raises:
@@ -41,7 +41,7 @@ def decode_layout(layout: Layout, data: Octets, start: int, end: int) -> dict[st
 
 
 class _Reader:
-    def __init__(self, type_name: str, data: Octets, start: int, end: int) -> None:
+    def __init__(self, type_name: str, data: Buffer, start: int, end: int) -> None:
         self.type_name = type_name
         self.data = memoryview(data)
         self.start = start

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Sequence
 from typing import Any
 
 from rosproto.codec.message import Message
 from rosproto.time import TVal
 
 
-def strify_message(value: Any, indent: str = "", *, width: int | None = None) -> str:
+def strify_message(value: object, indent: str = "", *, width: int | None = None) -> str:
     """A value as genpy's text; nested values begin on a new line where genpy's do.
 
     Unlike in genpy, fields are named as in the definition (`in`, not `in_`).
@@ -50,7 +51,7 @@ def _message(message: Message, indent: str, width: int | None) -> str:
     return "\n" + lines if indent else lines
 
 
-def _items(items: Any, indent: str, width: int | None) -> str:
+def _items(items: Sequence[Any], indent: str, width: int | None) -> str:
     if not items:
         return "[]"
     if isinstance(items[0], (int, float)):
@@ -64,7 +65,7 @@ def _items(items: Any, indent: str, width: int | None) -> str:
     return "".join(prefix + strify_message(item, indent + "  ", width=width) for item in items)
 
 
-def _fixed(value: Any, width: int) -> str:
+def _fixed(value: object, width: int) -> str:
     """Cut decimals to the width, but keep all digits before the point."""
     if isinstance(value, float):
         text = f"{value:.{width}f}"
