@@ -121,7 +121,7 @@ def _array(
 ) -> Sequence[object]:
     if isinstance(value, (bytes, bytearray)):
         return bytes(value)
-    items = list(value) if hasattr(value, "tolist") else value
+    items = value.tolist() if hasattr(value, "tolist") else value
     if not isinstance(items, (list, tuple)):
         raise _wrong(f"{value!r} is not a list, and {base}[] is asked for", path, top)
     if base in INTEGERS or base in FLOATS:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 
+import numpy as np
 import pytest
 
 from rosproto.codec import message_class
@@ -17,6 +18,7 @@ PoseStamped = message_class("geometry_msgs/PoseStamped")
 Polygon = message_class("geometry_msgs/Polygon")
 Scan = message_class("sensor_msgs/LaserScan")
 MultiArray = message_class("std_msgs/Float64MultiArray")
+Int32s = message_class("std_msgs/Int32MultiArray")
 String = message_class("std_msgs/String")
 
 
@@ -56,6 +58,14 @@ def test_arrays_of_messages() -> None:
     assert [(p.x, p.y) for p in polygon.points] == [(1.0, 0.0), (4.0, 5.0)]
     assert from_dict(Polygon, [[{"x": 1}, {"x": 2}]]).points[1].x == 2.0
     assert list(from_dict(MultiArray, {"data": [1, 2]}).data) == [1.0, 2.0]
+
+
+def test_arrays_of_numpy() -> None:
+    """Elements of an array of whole numbers are whole numbers; its own integers are not Python's."""
+    assert list(from_dict(Int32s, {"data": np.array([1, -2])}).data) == [1, -2]
+    assert list(from_dict(MultiArray, {"data": np.array([1, 2])}).data) == [1.0, 2.0]
+    with pytest.raises(CodecError, match="is not a list"):
+        from_dict(Int32s, {"data": np.int32(1)})
 
 
 def test_now_and_auto() -> None:
