@@ -135,7 +135,7 @@ StructMethod = Callable[..., object]
 Lengths = int | tuple[int, ...]
 """The length of a run's string, or those of several strings."""
 STRUCTS_KEPT = 4096
-LONGEST_SHARED = 256  # characters of a format; a Struct takes 32 bytes for each; long ones are rarely shared
+MAX_SHARED_CHARACTERS = 256  # of a format; a Struct takes 32 bytes for each; long ones are rarely shared
 shared_methods: dict[tuple[str, str], StructMethod] = {}
 """Methods of structs by format and name, shared by all types; at most `STRUCTS_KEPT`."""
 

@@ -49,7 +49,7 @@ class MessageMeta(type):
         self: Any = object.__new__(cls)  # type: ignore[arg-type]
         if cls.__init__ is not object.__init__:  # type: ignore[misc]
             cls._fill(self)
-            cls.__init__(self, *args, **kwargs)
+            cls.__init__(self, *args, **kwargs)  # type: ignore[misc]
             return self
         if args:
             cls._set_all(self, args, kwargs)

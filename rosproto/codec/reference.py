@@ -199,7 +199,7 @@ class _Writer:
         for part, name, code in zip(value, ("secs", "nsecs"), field.code, strict=True):
             self.integer(field.base, code, part, f"{path}.{name}")
 
-    def integer(self, base: str, code: str, value: object, path: str) -> None:
+    def integer(self, base: str, code: str, value: Any, path: str) -> None:
         low, high = RANGES_BY_CODE[code]
         try:
             number = value.__index__()

@@ -11,21 +11,28 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import AsyncIterator, Iterable
-from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 from rosproto.aio.pool import Pool, notify
 from rosproto.gateway.chunks import CHUNK_SIZE, ChunkedMessage, pieces
 from rosproto.gateway.client_channel import ClientChannel, DeferredPayload, Payload
 from rosproto.logs import PeerLog
 
+if TYPE_CHECKING:
+    from websockets.asyncio.server import ServerConnection
+    from websockets.exceptions import ConnectionClosed
+
+    Client: TypeAlias = tuple[ServerConnection, asyncio.Transport, asyncio.Event, asyncio.Task[None]]
+
 SHORT = 16 << 10  # bytes of a message that is written without its client's task
 TURN_MESSAGES = 64  # messages written to one client before others have their turn
 
 
-def closed_error() -> Any:
+def closed_error() -> type[ConnectionClosed]:
     """The exception for a closed connection."""
-    return import_module("websockets.exceptions").ConnectionClosed
+    from websockets.exceptions import ConnectionClosed
+
+    return ConnectionClosed
 
 
 class OutboxWriter:
@@ -39,6 +46,8 @@ class OutboxWriter:
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, pool: Pool, peer_log: PeerLog, name: str) -> None:
+        from websockets.asyncio.server import broadcast
+
         self._loop = loop
         self._pool = pool
         self._peer_log = peer_log
@@ -46,11 +55,11 @@ class OutboxWriter:
         self._lock = threading.Lock()
         self._woken: deque[ClientChannel] = deque()
         self._wake_scheduled = False
-        self._clients: dict[ClientChannel, tuple[Any, Any, asyncio.Event, asyncio.Future[None]]] = {}
+        self._clients: dict[ClientChannel, Client] = {}
         self._closed_error = closed_error()
-        self._broadcast = import_module("websockets.asyncio.server").broadcast
+        self._broadcast = broadcast
 
-    def add(self, channel: ClientChannel, connection: Any, transport: asyncio.Transport) -> None:
+    def add(self, channel: ClientChannel, connection: ServerConnection, transport: asyncio.Transport) -> None:
         """Start writing to a client."""
         event = asyncio.Event()
         task = asyncio.ensure_future(self._write(channel, connection, event))
@@ -78,7 +87,7 @@ class OutboxWriter:
             if client is not None and not self._write_at_once(channel, *client[:2]):
                 client[2].set()
 
-    def _write_at_once(self, channel: ClientChannel, connection: Any, transport: asyncio.Transport) -> bool:
+    def _write_at_once(self, channel: ClientChannel, connection: ServerConnection, transport: asyncio.Transport) -> bool:
         """Write waiting short payloads while the client keeps up; True if nothing is left."""
         for _ in range(TURN_MESSAGES):
             # `broadcast` skips a client that is receiving a long message, or has gone.
@@ -97,7 +106,7 @@ class OutboxWriter:
                 self._say_not_sent(channel, error)
         return not channel.outbox
 
-    async def _write(self, channel: ClientChannel, connection: Any, event: asyncio.Event) -> None:
+    async def _write(self, channel: ClientChannel, connection: ServerConnection, event: asyncio.Event) -> None:
         """Write the payloads of one client in order, until its connection ends."""
         turn = 0
         while True:

@@ -19,7 +19,8 @@ from concurrent.futures import Future, wait
 from contextlib import suppress
 from http import HTTPStatus
 from importlib import import_module
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 from rosproto.admission import AdmissionRefusal
 from rosproto.aio.pool import Pool, notify
@@ -34,6 +35,10 @@ from rosproto.transport.connection_slots import ConnectionSlots
 from rosproto.transport.listener import AT_ONCE, Listener, key_of
 from rosproto.transport.uri import make_uri
 
+if TYPE_CHECKING:
+    from websockets.asyncio.server import ServerConnection
+    from websockets.http11 import Request, Response
+
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 FRAGMENTS = 4096
 """Of one message. Empty ones cost memory too, which no limit of bytes sees; `recv` of `websockets` counts
@@ -45,7 +50,7 @@ START_SECONDS = 10.0
 _TOO_BIG, _TRY_AGAIN = 1009, 1013
 
 
-def need_websockets(name: str) -> Any:
+def need_websockets(name: str) -> ModuleType:
     """Import the library.
 
     Raises:
@@ -105,10 +110,10 @@ class WebSocketServer:
         self._admission = admission
         self._name = name
         self._lock = threading.Lock()
-        self._channels: dict[Any, ClientChannel] = {}  # by connection
-        self._tasks: set[asyncio.Task[Any]] = set()
-        self._transports: dict[Any, Any] = {}
-        self._unread: dict[Any, asyncio.TimerHandle] = {}
+        self._channels: dict[ServerConnection, ClientChannel] = {}  # by connection
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._transports: dict[ServerConnection, asyncio.Transport] = {}
+        self._unread: dict[ServerConnection, asyncio.TimerHandle] = {}
         self._leaving: set[Future[None]] = set()
         self._closing = False
         self._slots = ConnectionSlots(self.limits.pending_handshakes)
@@ -203,11 +208,11 @@ class WebSocketServer:
 
     # -- events of connections ------------------------------------------------------------------------------
 
-    def connected(self, connection: Any, transport: Any) -> None:
+    def connected(self, connection: ServerConnection, transport: asyncio.Transport) -> None:
         """A connection has its transport (with TLS, the one above TLS)."""
         self._transports[connection] = transport
 
-    def disconnected(self, connection: Any, error: Exception | None) -> None:
+    def disconnected(self, connection: ServerConnection, error: Exception | None) -> None:
         """A connection has ended, with `error` if it broke."""
         self._transports.pop(connection, None)
         self.write_resumed(connection)
@@ -216,7 +221,7 @@ class WebSocketServer:
             channel.gone = True
             channel.lost = error is not None
 
-    def _check_request(self, connection: Any, request: Any) -> Any:
+    def _check_request(self, connection: ServerConnection, request: Request) -> Response | None:
         """The HTTP answer to a refused request; None for an accepted one."""
         now, key = time.monotonic(), key_of(connection.remote_address)
         header = request.headers.get_all
@@ -235,7 +240,7 @@ class WebSocketServer:
 
     # -- clients --------------------------------------------------------------------------------------------
 
-    async def _serve(self, connection: Any) -> None:
+    async def _serve(self, connection: ServerConnection) -> None:
         task = asyncio.current_task()
         assert task is not None
         self._slots.release(key_of(connection.remote_address))  # `_channels` counts it from now on
@@ -265,7 +270,7 @@ class WebSocketServer:
         finally:
             self._tasks.discard(task)
 
-    async def _serve_client(self, connection: Any, channel: ClientChannel, transport: Any) -> None:
+    async def _serve_client(self, connection: ServerConnection, channel: ClientChannel, transport: asyncio.Transport) -> None:
         self._outbox_writer.add(channel, connection, transport)
         session: ClientSession | None = None
         try:
@@ -285,7 +290,7 @@ class WebSocketServer:
             if session is not None:
                 self._end_session(session)
 
-    async def _read(self, connection: Any, channel: ClientChannel, session: ClientSession) -> None:
+    async def _read(self, connection: ServerConnection, channel: ClientChannel, session: ClientSession) -> None:
         """Pass a client's messages to its session.
 
         A client that takes more than its share of the loop's time waits for its turn. All other clients are
@@ -323,7 +328,7 @@ class WebSocketServer:
                 spent = 0.0
                 self._look_for_reset(connection, channel)
 
-    def _look_for_reset(self, connection: Any, channel: ClientChannel) -> None:
+    def _look_for_reset(self, connection: ServerConnection, channel: ClientChannel) -> None:
         """Abort a connection that was reset: the system would still deliver its earlier data."""
         transport = self._transports.get(connection)
         if transport is None or transport.is_closing():
@@ -346,7 +351,7 @@ class WebSocketServer:
             max_bytes,
         )
 
-    def _log_flood(self, transport: Any) -> None:
+    def _log_flood(self, transport: asyncio.Transport) -> None:
         host, port, *_ = transport.get_extra_info("peername") or ("?", 0)
         self.peer_log.warning(
             "flood",
@@ -373,7 +378,7 @@ class WebSocketServer:
 
     # -- clients that read nothing --------------------------------------------------------------------------
 
-    def write_paused(self, connection: Any) -> None:
+    def write_paused(self, connection: ServerConnection) -> None:
         """The write buffer is full: check for progress later, as the library's pings wait behind it."""
         transport = self._transports.get(connection)
         if transport is not None:
@@ -382,13 +387,13 @@ class WebSocketServer:
                 self.limits.silence_seconds, self._look_for_progress, connection, transport, unread
             )
 
-    def write_resumed(self, connection: Any) -> None:
+    def write_resumed(self, connection: ServerConnection) -> None:
         """The client has caught up."""
         timer = self._unread.pop(connection, None)
         if timer is not None:
             timer.cancel()
 
-    def _look_for_progress(self, connection: Any, transport: Any, unread: int) -> None:
+    def _look_for_progress(self, connection: ServerConnection, transport: asyncio.Transport, unread: int) -> None:
         if transport.get_write_buffer_size() < unread:
             self.write_paused(connection)
             return
@@ -407,14 +412,14 @@ class WebSocketServer:
     def _later(self, seconds: float, function: Callable[[], object]) -> None:
         notify(self._loop, self._loop.call_later, seconds, function)
 
-    def _close_channel(self, connection: Any, channel: ClientChannel) -> None:
+    def _close_channel(self, connection: ServerConnection, channel: ClientChannel) -> None:
         if connection not in self._channels or channel.ending is None:
             return
         task = asyncio.ensure_future(self._close_connection(connection, *channel.ending))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-    async def _close_connection(self, connection: Any, code: int, reason: str) -> None:
+    async def _close_connection(self, connection: ServerConnection, code: int, reason: str) -> None:
         """Close with the WebSocket handshake, or abort if the client does not answer."""
         with suppress(asyncio.TimeoutError, TimeoutError, closed_error()):
             await asyncio.wait_for(connection.close(code, reason), self.limits.close_seconds)
@@ -449,9 +454,9 @@ class WebSocketServer:
 # -- a connection of the library ---------------------------------------------------------------------------
 
 
-async def read_message(connection: Any) -> str | bytes | None:
+async def read_message(connection: ServerConnection) -> str | bytes | None:
     """The next message of a client; None if it has more than `FRAGMENTS` fragments."""
-    fragments: list[Any] = []
+    fragments: list[Any] = []  # texts or bytes
     async for fragment in connection.recv_streaming():
         if len(fragments) == FRAGMENTS:
             return None
@@ -469,20 +474,20 @@ def connection_type(base: Any, server: WebSocketServer, max_unsent: int) -> Any:
         max_unsent: Bytes that may wait in a connection's transport; beyond that it is aborted.
     """
 
-    def connection_made(self: Any, transport: Any) -> None:
+    def connection_made(self: ServerConnection, transport: asyncio.Transport) -> None:
         transport = _Transport(transport, max_unsent)
         base.connection_made(self, transport)
         server.connected(self, transport)
 
-    def connection_lost(self: Any, error: Exception | None) -> None:
+    def connection_lost(self: ServerConnection, error: Exception | None) -> None:
         server.disconnected(self, error)
         base.connection_lost(self, error)
 
-    def pause_writing(self: Any) -> None:
+    def pause_writing(self: ServerConnection) -> None:
         base.pause_writing(self)
         server.write_paused(self)
 
-    def resume_writing(self: Any) -> None:
+    def resume_writing(self: ServerConnection) -> None:
         base.resume_writing(self)
         server.write_resumed(self)
 
@@ -496,14 +501,14 @@ class _Transport:
     Before `connection_lost` the library goes on writing, and asyncio would log each of 40,000 pongs.
     """
 
-    def __init__(self, transport: Any, limit: int) -> None:
+    def __init__(self, transport: asyncio.Transport, limit: int) -> None:
         self._transport, self._limit = transport, limit
         self.is_closing, self.get_write_buffer_size = transport.is_closing, transport.get_write_buffer_size
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._transport, name)
 
-    def write(self, data: Any) -> None:
+    def write(self, data: bytes) -> None:
         """Write; while the transport closes, drop the data."""
         if self.get_write_buffer_size() > self._limit:
             self._transport.abort()
@@ -511,7 +516,7 @@ class _Transport:
             self._transport.write(data)
 
 
-def peer_of(connection: Any) -> str:
+def peer_of(connection: ServerConnection) -> str:
     """ "10.0.0.7:51234"; "?" if it is unknown."""
     address = connection.remote_address
     return f"{address[0]}:{address[1]}" if address else "?"
