@@ -10,7 +10,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Hashable
-from typing import Any
 
 from rosproto.codec import Message, encode
 from rosproto.errors import LocalProtocolError
@@ -39,7 +38,7 @@ class _EarlyMessages:
         self._bytes = 0
         self.publisher: Publisher | None = None
 
-    def publish(self, message: Any) -> bool:
+    def publish(self, message: Message | bytes) -> bool:
         """Publish a message and remember its receivers; False after the second, or if too much is kept."""
         publisher = self.publisher
         if publisher is None or time.monotonic() > self._until:
@@ -85,7 +84,7 @@ class ClientPublication:
         self.message_class: type[Message] = publisher.message_class
         self.closed = False
 
-    def publish(self, message: Any, received: float | None = None) -> None:
+    def publish(self, message: Message | bytes, received: float | None = None) -> None:
         """Publish a message or its encoded bytes; never waits for a subscriber.
 
         Args:

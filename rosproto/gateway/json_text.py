@@ -12,7 +12,8 @@ import re
 import sys
 import threading
 from collections.abc import Callable
-from typing import Any
+
+from rosproto.json_values import JsonValue
 
 SHORT = 16 << 10
 SHORT_VALUES = 2000
@@ -59,7 +60,7 @@ class JsonReader:
         self._nesting = nesting
         self._turn = threading.Lock()
 
-    def read(self, text: str | bytes, max_documents: int = 1) -> list[Any]:
+    def read(self, text: str | bytes, max_documents: int = 1) -> list[JsonValue]:
         """Return the JSON values of a text, which follow one another; an empty list for an empty text.
 
         Args:
@@ -85,8 +86,8 @@ class JsonReader:
         with self._turn:
             return self._decoded(text, max_documents, values)
 
-    def _decoded(self, text: str, max_documents: int, values: int) -> list[Any]:
-        found: list[Any] = []
+    def _decoded(self, text: str, max_documents: int, values: int) -> list[JsonValue]:
+        found: list[JsonValue] = []
         at, end = 0, len(text.rstrip())
         try:
             while at < end:
@@ -104,8 +105,8 @@ class JsonReader:
             raise JsonError(f"is not JSON: {_in_short(error)}") from None
         return found
 
-    def _check_nesting(self, value: Any) -> None:
-        level: list[Any] = [value]
+    def _check_nesting(self, value: JsonValue) -> None:
+        level: list[JsonValue] = [value]
         for _ in range(self._nesting):
             level = [
                 inner

@@ -12,14 +12,24 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from binascii import b2a_base64
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from functools import cache, partial
 from json.encoder import encode_basestring_ascii
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from rosproto.codec.generated_source import Source
 from rosproto.codec.layout import FieldLayout, Layout
+from rosproto.codec.message import Message
+from rosproto.time import TVal
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+T = TypeVar("T")
+W = TypeVar("W")
+Numbers: TypeAlias = "Sequence[object] | NDArray[np.generic]"
 
 MAX_PIECES = 200
 """The most fields in one expression; definitions from the network may have tens of thousands."""
@@ -40,7 +50,7 @@ _aside: ContextVar[list[list[str]] | None] = ContextVar("_aside", default=None)
 """Long arrays of the message that this thread writes in parts; None outside `in_parts`."""
 
 
-def in_parts(write: Callable[[Any], str], message: Any) -> list[str]:
+def in_parts(write: Callable[[Message], str], message: Message) -> list[str]:
     """Return the text of `write(message)` in parts; long arrays are not joined."""
     arrays: list[list[str]] = []
     token = _aside.set(arrays)
@@ -64,25 +74,25 @@ def _long(pieces: Iterator[str]) -> str:
     return _MARK
 
 
-class Writer(ABC):
+class Writer(ABC, Generic[W]):
     """Generates `write(message)` for a layout and for those inside it.
 
     Args:
         leaves: The functions that the expressions of `one` and `many` call, by name.
     """
 
-    def __init__(self, leaves: dict[str, Any]) -> None:
+    def __init__(self, leaves: Mapping[str, object]) -> None:
         self._leaves = leaves
-        self._made: dict[str, Callable[[Any], Any]] = {}
+        self._made: dict[str, Callable[[Message], W]] = {}
 
-    def function(self, layout: Layout) -> Callable[[Any], Any]:
+    def function(self, layout: Layout) -> Callable[[Message], W]:
         """The function for a message of this layout."""
         found = self._made.get(layout.spec.name)
         if found is None:
             found = self._made[layout.spec.name] = self._make(layout)
         return found
 
-    def _make(self, layout: Layout) -> Callable[[Any], Any]:
+    def _make(self, layout: Layout) -> Callable[[Message], W]:
         src = Source("def write(m):")
         src.globals.update(self._leaves)
         names = []
@@ -127,7 +137,7 @@ class Writer(ABC):
         """The expression for an array of messages, each written by `call`."""
 
 
-class JsonWriter(Writer):
+class JsonWriter(Writer[str]):
     """Generates functions that return text."""
 
     def __init__(self) -> None:
@@ -181,21 +191,21 @@ class JsonWriter(Writer):
         return f"items({call}, {value})"
 
 
-def _time(value: Any) -> str:
+def _time(value: TVal) -> str:
     return f'{{"secs":{value.secs:d},"nsecs":{value.nsecs:d}}}'
 
 
-def _items(call: Callable[[Any], str], values: Any) -> str:
+def _items(call: Callable[[T], str], values: Iterable[T]) -> str:
     """The text of an array of messages, which may contain long arrays."""
     return f"[{','.join(map(call, values))}]"
 
 
-def _in_pieces(text: Callable[[Any], str], values: Any, size: int) -> str:
+def _in_pieces(text: Callable[[Any], str], values: Numbers, size: int) -> str:
     """`text(values)`, a list in brackets; a long one is made in pieces."""
     return text(values) if len(values) <= size else _long(_pieces(text, values, size))
 
 
-def _pieces(text: Callable[[Any], str], values: Any, size: int) -> Iterator[str]:
+def _pieces(text: Callable[[Any], str], values: Numbers, size: int) -> Iterator[str]:
     mark = "["
     for at in range(0, len(values), size):
         yield mark
@@ -204,11 +214,11 @@ def _pieces(text: Callable[[Any], str], values: Any, size: int) -> Iterator[str]
     yield "]"
 
 
-def _each(call: Callable[[Any], str], values: Any) -> str:
+def _each(call: Callable[[T], str], values: Sequence[T]) -> str:
     return _in_pieces(partial(_items, call), values, PIECE)
 
 
-def _octets(values: Any) -> str:
+def _octets(values: bytes | NDArray[np.uint8]) -> str:
     if type(values) is not bytes and getattr(values, "dtype", None) != "u1":
         raise TypeError("octets")  # a list, or wider numbers: the codec converts them
     if len(values) <= PIECE_OF_OCTETS:
@@ -216,7 +226,7 @@ def _octets(values: Any) -> str:
     return _long(_octet_pieces(values))
 
 
-def _octet_pieces(values: Any) -> Iterator[str]:
+def _octet_pieces(values: bytes | NDArray[np.uint8]) -> Iterator[str]:
     yield '"'
     for at in range(0, len(values), PIECE_OF_OCTETS):
         yield _base64(values[at : at + PIECE_OF_OCTETS])
@@ -227,13 +237,13 @@ def _base64(values: Any) -> str:
     return b2a_base64(values, newline=False).decode("ascii")
 
 
-def _list(values: Any) -> str:
+def _list(values: Numbers) -> str:
     """Python's text of a list."""
     tolist = getattr(values, "tolist", None)
     return str(list(values) if tolist is None else tolist())
 
 
-def _integers(values: Any) -> str:
+def _integers(values: Numbers) -> str:
     return _in_pieces(_list, values, PIECE)
 
 
@@ -244,12 +254,12 @@ def _small_integers(values: Any) -> str:
     return _in_pieces(_from_table, values.view("u1"), PIECE_OF_SMALL)
 
 
-def _from_table(octets: Any) -> str:
+def _from_table(octets: NDArray[np.uint8]) -> str:
     return f"[{_table()[octets].tobytes()[:-1].decode('ascii')}]"
 
 
 @cache
-def _table() -> Any:
+def _table() -> NDArray[np.uint32]:
     """For each octet the four characters of its int8 value (three digits and a comma), as one integer."""
     import numpy as np
 
@@ -257,20 +267,20 @@ def _table() -> Any:
     return np.frombuffer("".join(f"{number:>3}," for number in numbers).encode(), "u4")
 
 
-def _reals(values: Any) -> str:
+def _reals(values: Numbers) -> str:
     return _in_pieces(_list_of_reals, values, PIECE)
 
 
-def _list_of_reals(values: Any) -> str:
+def _list_of_reals(values: Numbers) -> str:
     text = _list(values)
     if "n" in text:  # nan and inf; no other number has one
         text = text.replace("-inf", "null").replace("inf", "null").replace("nan", "null")
     return text
 
 
-def _truths(values: Any) -> str:
+def _truths(values: Numbers) -> str:
     return _in_pieces(_list_of_truths, values, PIECE)
 
 
-def _list_of_truths(values: Any) -> str:
+def _list_of_truths(values: Iterable[object]) -> str:
     return f"[{','.join('true' if value else 'false' for value in values)}]"

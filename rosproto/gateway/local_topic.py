@@ -6,9 +6,8 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any
 
-from rosproto.codec import encode
+from rosproto.codec import Message, encode
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.gateway.shared_subscriptions import Receiver, offer
 from rosproto.time import Time
@@ -26,7 +25,9 @@ class LocalTopic:
             gone, in a thread that may wait. Without viewers no messages need be made.
     """
 
-    def __init__(self, name: str, type: Any, wanted: Callable[[bool], object] | None = None) -> None:
+    def __init__(
+        self, name: str, type: type[Message], wanted: Callable[[bool], object] | None = None
+    ) -> None:
         self.name = name
         self.type = type
         self.description = TopicDescription(
@@ -43,7 +44,7 @@ class LocalTopic:
         """Number of viewers subscribed now."""
         return len(self._receivers)
 
-    def publish(self, message: Any, stamp: Time | None = None) -> None:
+    def publish(self, message: Message, stamp: Time | None = None) -> None:
         """Encode a message and send it to all viewers."""
         now = Time(*divmod(time.time_ns(), 1_000_000_000)) if stamp is None else stamp
         event = MessageEvent(self.description, encode(message), time.monotonic(), now)

@@ -87,7 +87,9 @@ class OutboxWriter:
             if client is not None and not self._write_at_once(channel, *client[:2]):
                 client[2].set()
 
-    def _write_at_once(self, channel: ClientChannel, connection: ServerConnection, transport: asyncio.Transport) -> bool:
+    def _write_at_once(
+        self, channel: ClientChannel, connection: ServerConnection, transport: asyncio.Transport
+    ) -> bool:
         """Write waiting short payloads while the client keeps up; True if nothing is left."""
         for _ in range(TURN_MESSAGES):
             # `broadcast` skips a client that is receiving a long message, or has gone.
@@ -100,13 +102,16 @@ class OutboxWriter:
                 break
             try:
                 for payload in _payloads(item):
+                    assert not isinstance(payload, ChunkedMessage)  # these are long
                     self._broadcast((connection,), payload)
                     channel.written(payload)
             except Exception as error:
                 self._say_not_sent(channel, error)
         return not channel.outbox
 
-    async def _write(self, channel: ClientChannel, connection: ServerConnection, event: asyncio.Event) -> None:
+    async def _write(
+        self, channel: ClientChannel, connection: ServerConnection, event: asyncio.Event
+    ) -> None:
         """Write the payloads of one client in order, until its connection ends."""
         turn = 0
         while True:
@@ -122,8 +127,10 @@ class OutboxWriter:
                 else:
                     payloads = await self._pool.run(item.payloads)
                 for payload in payloads:
-                    long = isinstance(payload, ChunkedMessage) or len(payload) > CHUNK_SIZE
-                    await connection.send(_in_turns(payload) if long else payload)
+                    if isinstance(payload, ChunkedMessage) or len(payload) > CHUNK_SIZE:
+                        await connection.send(_in_turns(payload))
+                    else:
+                        await connection.send(payload)
                     channel.written(payload)
             except self._closed_error:
                 return

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Any, Protocol
+from typing import Protocol
 
 from rosproto.codec import AnyMsg
 from rosproto.errors import LocalProtocolError
@@ -234,7 +234,7 @@ class _SharedTopic:
 
     # -- messages -------------------------------------------------------------------------------------------
 
-    def _received(self, message: Any) -> None:
+    def _received(self, message: AnyMsg) -> None:
         """Called in the thread of the publisher's connection."""
         description = self._described(message._connection_header or {})
         if description is None:

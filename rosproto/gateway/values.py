@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 from base64 import b64decode
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, TypeVar
 from weakref import WeakKeyDictionary
 
@@ -25,12 +25,13 @@ _WORDS = {"": "a text", "?": "true or false", "f": "a number", "d": "a number"}
 _SINGLE = struct.Struct("<f")
 _HEADERS = frozenset({"std_msgs/Header", "roslib/Header"})
 
+M = TypeVar("M", bound=Message)
 T = TypeVar("T")
 
-_writers: WeakKeyDictionary[type, Callable[[Any], str]] = WeakKeyDictionary()
+_writers: WeakKeyDictionary[type[Message], Callable[[Message], str]] = WeakKeyDictionary()
 
 
-def to_json(message: Any) -> str:
+def to_json(message: Message) -> str:
     """A message as rosbridge's JSON text.
 
     Raises:
@@ -39,7 +40,7 @@ def to_json(message: Any) -> str:
     return _written(message, lambda write, values: write(values))
 
 
-def to_json_parts(message: Any) -> list[str]:
+def to_json_parts(message: Message) -> list[str]:
     """As `to_json`, in parts for a long message: no long array is in one piece.
 
     Raises:
@@ -48,10 +49,11 @@ def to_json_parts(message: Any) -> list[str]:
     return _written(message, in_parts)
 
 
-def _written(message: Any, how: Callable[[Callable[[Any], str], Any], T]) -> T:
+def _written(message: Message, how: Callable[[Callable[[Message], str], Message], T]) -> T:
     cls = type(message)
     write = _writers.get(cls)
     if write is None:
+        assert cls._binding is not None
         write = _writers[cls] = JsonWriter().function(cls._binding.layout)
     try:
         return how(write, message)
@@ -61,8 +63,8 @@ def _written(message: Any, how: Callable[[Callable[[Any], str], Any], T]) -> T:
 
 
 def from_values(
-    cls: type[Message], value: Any, *, now: Time | None = None, seconds: Literal["secs", "sec"] = "secs"
-) -> Any:
+    cls: type[M], value: object, *, now: Time | None = None, seconds: Literal["secs", "sec"] = "secs"
+) -> M:
     """Make a message from a client's values; missing fields keep their defaults.
 
     Args:
@@ -80,7 +82,7 @@ def from_values(
     return message
 
 
-def from_arguments(cls: type[Message], args: Any, *, now: Time | None = None) -> Any:
+def from_arguments(cls: type[M], args: object, *, now: Time | None = None) -> M:
     """Make a service request or goal from `args`: an object by field, an array by position, or None.
 
     Raises:
@@ -111,10 +113,10 @@ class _Reader:
     def error(self, text: str, path: str) -> CodecError:
         return CodecError(text, type_name=self.top, field_path=path)
 
-    def wrong(self, expected: str, value: Any, path: str) -> CodecError:
+    def wrong(self, expected: str, value: object, path: str) -> CodecError:
         return self.error(f"{shown(value)} given; expected {expected}", path)
 
-    def message(self, layout: Layout, message: Any, value: Any, path: str) -> None:
+    def message(self, layout: Layout, message: Any, value: object, path: str) -> None:
         """Fill `message`."""
         if type(value) is not dict:
             raise self.wrong(f"an object with the fields of {layout.spec.name}", value, path)
@@ -138,7 +140,7 @@ class _Reader:
             else:
                 setattr(message, field.attr, self.one(field, item, inner, getattr(message, field.attr)))
 
-    def one(self, field: FieldLayout, value: Any, path: str, present: Any = None) -> Any:
+    def one(self, field: FieldLayout, value: Any, path: str, present: object = None) -> object:
         """A number, text or time."""
         if field.kind == "time":
             return self.time(field, value, path, present)
@@ -176,7 +178,7 @@ class _Reader:
                 raise self.wrong("a number within float32", value, path) from None
         return value
 
-    def time(self, field: FieldLayout, value: Any, path: str, present: Any) -> Any:
+    def time(self, field: FieldLayout, value: Any, path: str, present: object) -> object:
         value_style = self.binding.value_style
         if value == "now" and field.base == "time":
             if self.now is None:
@@ -196,24 +198,24 @@ class _Reader:
             parts.append(part)
         return (value_style.time if field.base == "time" else value_style.duration).from_wire(*parts)
 
-    def array(self, field: FieldLayout, value: Any, path: str) -> Any:
+    def array(self, field: FieldLayout, value: object, path: str) -> object:
         if field.code == "B" and type(value) is str:
-            items: Any = self.octets(value, path)
+            items: Sequence[object] = self.octets(value, path)
         elif type(value) is not list:
             raise self.wrong("an array" + ", or its bytes as base64" * (field.code == "B"), value, path)
         else:
             items = value
         if field.length is not None and len(items) != field.length:
             raise self.error(f"{len(items)} elements given; expected {field.length}", path)
-        if items is not value:
+        if isinstance(items, bytes):
             return items
         if field.layout is not None:
-            return [self.element(field.layout, item, f"{path}[{i}]") for i, item in enumerate(value)]
+            return [self.element(field.layout, item, f"{path}[{i}]") for i, item in enumerate(items)]
         if field.kind == "number" and field.code != "?":
-            return self.numbers(field, value, path)
-        return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(value)]
+            return self.numbers(field, items, path)
+        return [self.one(field, item, f"{path}[{i}]") for i, item in enumerate(items)]
 
-    def element(self, layout: Layout, value: Any, path: str) -> Any:
+    def element(self, layout: Layout, value: object, path: str) -> object:
         message = self.binding.class_for(layout.spec.name)()
         self.message(layout, message, value, path)
         return message
@@ -224,7 +226,7 @@ class _Reader:
         except ValueError as error:
             raise self.error(f"no base64: {error}", path) from None
 
-    def numbers(self, field: FieldLayout, value: list[Any], path: str) -> Any:
+    def numbers(self, field: FieldLayout, value: Sequence[object], path: str) -> object:
         """An array of numbers, checked at the speed of `struct`."""
         kinds = set(map(type, value))
         if kinds <= ({int, float} if field.code in "fd" else {int}):

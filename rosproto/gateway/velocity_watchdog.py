@@ -30,6 +30,7 @@ from rosproto.watchdog import ROUNDS, Watch
 
 if TYPE_CHECKING:
     from rosproto.node import Publisher
+    from rosproto.time import TVal
 
 _log = get_logger("rosproto.gateway")
 
@@ -86,7 +87,7 @@ def is_velocity(kind: type[Message]) -> bool:
     return kind._type in VELOCITY_TYPES or kind._md5sum in _velocity_md5sums()
 
 
-def _values(message: Any) -> Iterator[Any]:
+def _values(message: Message) -> Iterator[object]:
     """All values of a message, nested ones too, without those of headers."""
     for name in message.__slots__:
         value = getattr(message, name)
@@ -95,7 +96,7 @@ def _values(message: Any) -> Iterator[Any]:
         yield from _values_in(value)
 
 
-def _values_in(value: Any) -> Iterator[Any]:
+def _values_in(value: object) -> Iterator[object]:
     if hasattr(value, "tolist"):  # numpy's
         value = value.tolist()
     if isinstance(value, Message):
@@ -107,12 +108,12 @@ def _values_in(value: Any) -> Iterator[Any]:
         yield value
 
 
-def moves(message: Any) -> bool:
+def moves(message: Message) -> bool:
     """Whether any number of a velocity is not zero, its header aside."""
     return any(value != 0 for value in _values(message))
 
 
-def _refuse_no_velocity(topic: str, message: Any) -> None:
+def _refuse_no_velocity(topic: str, message: Message) -> None:
     """
     Raises:
         LocalProtocolError: A number is not finite, or larger than any robot's.
@@ -227,7 +228,7 @@ class VelocityWatchdog:
         table: The drivers; tests pass a table with other times.
     """
 
-    def __init__(self, stamp: Callable[[], Any] | None = None, table: DriveTable | None = None) -> None:
+    def __init__(self, stamp: Callable[[], TVal] | None = None, table: DriveTable | None = None) -> None:
         self._stamp = stamp
         self._table = table or DriveTable()
         self._changed = threading.Condition()
@@ -256,7 +257,7 @@ class VelocityWatchdog:
         self,
         client: Hashable,
         publisher: Publisher,
-        message: Any,
+        message: Message | bytes,
         received: float | None = None,
     ) -> None:
         """Publish a client's message, and watch the client if it is a velocity.

@@ -270,7 +270,9 @@ class WebSocketServer:
         finally:
             self._tasks.discard(task)
 
-    async def _serve_client(self, connection: ServerConnection, channel: ClientChannel, transport: asyncio.Transport) -> None:
+    async def _serve_client(
+        self, connection: ServerConnection, channel: ClientChannel, transport: asyncio.Transport
+    ) -> None:
         self._outbox_writer.add(channel, connection, transport)
         session: ClientSession | None = None
         try:
@@ -290,7 +292,9 @@ class WebSocketServer:
             if session is not None:
                 self._end_session(session)
 
-    async def _read(self, connection: ServerConnection, channel: ClientChannel, session: ClientSession) -> None:
+    async def _read(
+        self, connection: ServerConnection, channel: ClientChannel, session: ClientSession
+    ) -> None:
         """Pass a client's messages to its session.
 
         A client that takes more than its share of the loop's time waits for its turn. All other clients are
@@ -393,7 +397,9 @@ class WebSocketServer:
         if timer is not None:
             timer.cancel()
 
-    def _look_for_progress(self, connection: ServerConnection, transport: asyncio.Transport, unread: int) -> None:
+    def _look_for_progress(
+        self, connection: ServerConnection, transport: asyncio.Transport, unread: int
+    ) -> None:
         if transport.get_write_buffer_size() < unread:
             self.write_paused(connection)
             return
@@ -465,7 +471,9 @@ async def read_message(connection: ServerConnection) -> str | bytes | None:
     return whole
 
 
-def connection_type(base: Any, server: WebSocketServer, max_unsent: int) -> Any:
+def connection_type(
+    base: type[ServerConnection], server: WebSocketServer, max_unsent: int
+) -> type[ServerConnection]:
     """A subclass of the library's connection class that reports to our server.
 
     Args:
@@ -475,9 +483,9 @@ def connection_type(base: Any, server: WebSocketServer, max_unsent: int) -> Any:
     """
 
     def connection_made(self: ServerConnection, transport: asyncio.Transport) -> None:
-        transport = _Transport(transport, max_unsent)
-        base.connection_made(self, transport)
-        server.connected(self, transport)
+        bounded: Any = _Transport(transport, max_unsent)  # passes on all that it does not have itself
+        base.connection_made(self, bounded)
+        server.connected(self, bounded)
 
     def connection_lost(self: ServerConnection, error: Exception | None) -> None:
         server.disconnected(self, error)

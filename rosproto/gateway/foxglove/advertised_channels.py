@@ -12,9 +12,9 @@ import threading
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rosproto.codec import message_class
+from rosproto.codec import ServiceType, message_class
 from rosproto.errors import DefinitionError, RosError
 from rosproto.gateway.access import Access
 from rosproto.gateway.foxglove.graph import GraphView
@@ -71,7 +71,7 @@ class AdvertisedService(NamedTuple):
 
     id: int
     name: str
-    kind: Any
+    kind: type[ServiceType]
 
 
 class AdvertisedChannels:
@@ -151,7 +151,7 @@ class AdvertisedChannels:
         self._retry_at[topic, type_name] = now + RETRY_SECONDS
         return None
 
-    def services(self, present: Mapping[str, Any]) -> Mapping[str, AdvertisedService]:
+    def services(self, present: Mapping[str, type[ServiceType]]) -> Mapping[str, AdvertisedService]:
         """Services by name, from their classes."""
         with self._lock:
             before = self._services

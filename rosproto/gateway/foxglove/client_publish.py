@@ -11,7 +11,7 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.codec import Message, decode, define, message_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RosError
@@ -214,7 +214,7 @@ class ClientPublisher:
             except RosError as problem:
                 self._viewer.status(str(problem))
 
-    def _message(self, advertised: AdvertisedTopic, data: bytes) -> Any:
+    def _message(self, advertised: AdvertisedTopic, data: bytes) -> Message:
         """
         Raises:
             JsonError, CodecError: The bytes do not fit the type.

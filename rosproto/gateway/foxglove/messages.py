@@ -15,7 +15,7 @@ import struct
 from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from rosproto.gateway.json_text import JsonError, JsonReader
 from rosproto.json_fields import MISSING, Anything, Check, FieldError, Reader, listed, shown, text, whole
@@ -265,7 +265,7 @@ _OPERATIONS: dict[str, Check] = {
 # -- messages to a client ------------------------------------------------------------------------------------
 
 
-def _document(op: str, **fields: Any) -> str:
+def _document(op: str, **fields: object) -> str:
     return json.dumps({"op": op, **{name: value for name, value in fields.items() if value is not None}})
 
 
@@ -343,7 +343,7 @@ def parameter_values(values: Iterable[tuple[str, object]], id: str | None = None
     return _document("parameterValues", parameters=[_parameter(*one) for one in values], id=id)
 
 
-def _parameter(name: str, value: object) -> dict[str, Any]:
+def _parameter(name: str, value: object) -> dict[str, object]:
     if value is None:
         return {"name": name}
     if isinstance(value, bytes):
@@ -361,7 +361,9 @@ _Nodes = Mapping[str, Sequence[str]]
 def graph_update(before: ConnectionGraph, now: ConnectionGraph) -> str:
     """The changes between two graphs."""
 
-    def changed(old: _Nodes, new: _Nodes, ids: str, kept: Container[str] = ()) -> list[dict[str, Any]]:
+    def changed(
+        old: _Nodes, new: _Nodes, ids: str, kept: Container[str] = ()
+    ) -> list[dict[str, Sequence[str]]]:
         """The changed entries, with empty ones for names in `kept` that have no nodes left."""
         left = [name for name in old if name not in new and name in kept]
         return [{"name": name, ids: list(new[name])} for name in new if old.get(name) != new[name]] + [

@@ -5,7 +5,8 @@ from __future__ import annotations
 import threading
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.errors import RosError
 from rosproto.gateway.access import Access
@@ -202,7 +203,7 @@ class ServerState(GatewayState):
 
     # -- topics ---------------------------------------------------------------------------------------------
 
-    def subscribe(self, topic: str, receiver: Receiver) -> Any:
+    def subscribe(self, topic: str, receiver: Receiver) -> SharedSubscription | ExitStack:
         """Subscribe to a topic of the robot or of this program; close the result. Calls the master."""
         local = self._local.get(topic)
         return self.shared_subscriptions.open(topic, receiver) if local is None else local.open(receiver)

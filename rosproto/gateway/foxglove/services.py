@@ -10,9 +10,8 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
 
-from rosproto.codec import decode, encode, service_class
+from rosproto.codec import ServiceType, decode, encode, service_class
 from rosproto.errors import CodecError, RosError
 from rosproto.gateway.access import Access, Refused, insist
 from rosproto.gateway.foxglove.advertised_channels import AdvertisedService
@@ -43,9 +42,11 @@ class ServiceTypes:
         self._access = access
         self._lock = threading.Lock()
         self._asking = threading.Lock()
-        self._found: dict[tuple[str, str], tuple[Any, float]] = {}  # class or None, and when to probe again
+        self._found: dict[
+            tuple[str, str], tuple[type[ServiceType] | None, float]
+        ] = {}  # class or None, and when to probe again
 
-    def present(self, view: GraphView) -> dict[str, Any]:
+    def present(self, view: GraphView) -> dict[str, type[ServiceType]]:
         """The services of a view whose type is known, with their classes."""
         with self._lock:
             found = {key[0]: self._found.get(key, (None, 0.0))[0] for key in self._open(view)}

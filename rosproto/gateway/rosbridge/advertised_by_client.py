@@ -10,9 +10,10 @@ import itertools
 import threading
 from abc import ABC, abstractmethod
 from functools import partial
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from rosproto.action import ActionServer, ServerGoal
+from rosproto.codec import Message, ServiceType
 from rosproto.errors import CodecError, RosError, ServiceError
 from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.client_channel import ClientChannel
@@ -185,7 +186,7 @@ class AdvertisedServices(AdvertisedByClient[ServiceServer, PendingRequest[Servic
     def end(self, server: ServiceServer) -> None:
         server.close()
 
-    def _called(self, service: str, name: str, cls: Any, request: Any) -> Any:
+    def _called(self, service: str, name: str, cls: type[ServiceType], request: Message) -> Message:
         """Called in the thread of the caller's connection."""
         limits = self._state.limits
         call: PendingRequest[ServiceResponse] = PendingRequest(service)

@@ -10,10 +10,10 @@ import json
 import threading
 from contextlib import closing
 from functools import partial
-from typing import Any
 
 from rosproto.action import ActionClient
 from rosproto.action.goal_handle import GoalHandle
+from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused, insist
 from rosproto.gateway.client_channel import ClientChannel
@@ -210,7 +210,7 @@ class ActionGoals:
                     raise Refused("the connection is over")
             return client
 
-    def _feedback(self, asked: SendActionGoal, _: Any, feedback: Any) -> None:
+    def _feedback(self, asked: SendActionGoal, _: object, feedback: Message) -> None:
         self._channel.answer(self._protocol.action_feedback(asked, to_json(feedback)))
 
     def cancel(self, asked: CancelActionGoal) -> None:

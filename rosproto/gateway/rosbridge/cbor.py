@@ -10,14 +10,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib import import_module
 from io import BytesIO
+from types import ModuleType
 from typing import Any
 from weakref import WeakKeyDictionary
 
 from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, FieldLayout
+from rosproto.codec.message import Message
 from rosproto.errors import RosError
 from rosproto.gateway.chunks import ChunkedMessage, framed
 from rosproto.gateway.json_writer import Writer
+from rosproto.time import TVal
 
 TAGS = {"H": 69, "I": 70, "Q": 71, "b": 72, "h": 77, "i": 78, "q": 79, "f": 85, "d": 86}
 """RFC 8746's numbers for arrays of these struct codes, little-endian. Octets are a byte string."""
@@ -29,10 +32,10 @@ class MissingLibrary(RosError, ImportError):
     """cbor2 is not installed; the text names the extra."""
 
 
-_writers: WeakKeyDictionary[type, Callable[[Any], Any]] = WeakKeyDictionary()
+_writers: WeakKeyDictionary[type[Message], Callable[[Message], dict[str, object]]] = WeakKeyDictionary()
 
 
-def publish_cbor(topic: str, message: Any) -> bytes:
+def publish_cbor(topic: str, message: Message) -> bytes:
     """The operation `publish` with a topic's message, as CBOR.
 
     Raises:
@@ -60,11 +63,12 @@ def publish_cbor_raw(topic: str, secs: int, nsecs: int, data: bytes | memoryview
     return framed(head.getvalue(), data)
 
 
-def to_cbor(message: Any) -> Any:
+def to_cbor(message: Message) -> dict[str, object]:
     """The values of a message, for `dumps`."""
     cls = type(message)
     write = _writers.get(cls)
     if write is None:
+        assert cls._binding is not None
         write = _writers[cls] = CborWriter().function(cls._binding.layout)
     try:
         return write(message)
@@ -72,7 +76,7 @@ def to_cbor(message: Any) -> Any:
         return write(decode(cls, encode(message)))  # as in `values.to_json`
 
 
-def dumps(value: Any) -> bytes:
+def dumps(value: object) -> bytes:
     """Encode values.
 
     Raises:
@@ -85,7 +89,7 @@ def dumps(value: Any) -> bytes:
     return data
 
 
-def _encodable(value: Any) -> Any:
+def _encodable(value: object) -> object:
     """The same values with a question mark for characters that UTF-8 cannot encode."""
     if isinstance(value, str):
         return value.encode("utf-8", "replace").decode("utf-8")
@@ -94,7 +98,7 @@ def _encodable(value: Any) -> Any:
     return [_encodable(item) for item in value] if isinstance(value, list) else value
 
 
-def _library() -> Any:
+def _library() -> ModuleType:
     try:
         return import_module("cbor2")
     except ImportError as error:
@@ -103,13 +107,13 @@ def _library() -> Any:
         ) from error
 
 
-class CborWriter(Writer):
+class CborWriter(Writer[dict[str, object]]):
     """Generates functions that return dicts."""
 
     def __init__(self) -> None:
         tag = _library().CBORTag
 
-        def array(number: int, dtype: str, values: Any) -> Any:
+        def array(number: int, dtype: str, values: object) -> object:
             return tag(number, _bytes(values, dtype))
 
         super().__init__(
@@ -137,11 +141,11 @@ class CborWriter(Writer):
         return f"list(map({call}, {value}))"
 
 
-def _time(value: Any) -> dict[str, int]:
+def _time(value: TVal) -> dict[str, int]:
     return {"secs": value.secs, "nsecs": value.nsecs}
 
 
-def _octets(values: Any) -> bytes:
+def _octets(values: object) -> bytes:
     return values if type(values) is bytes else _bytes(values, "u1")
 
 

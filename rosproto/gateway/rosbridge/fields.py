@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from rosproto.gateway.rosbridge.action_mapping import ActionStatus
 from rosproto.json_fields import Expected, fits, flag, number, one_of, shown, whole
+from rosproto.json_values import JsonValue
 
 MAX_WHOLE_NUMBER = 2**31 - 1
 """The largest whole number; larger sizes, rates and counts make no sense."""
@@ -70,11 +71,11 @@ Seconds = Annotated[float, _seconds]
 Number = Annotated[float, number(-(2**63), 2**63)]
 Compression = Annotated[Literal["none", "png", "cbor", "cbor-raw"], _compression]
 StatusLevel = Annotated[Level, _level]
-Arguments = Annotated[dict[str, Any] | list[Any], _arguments]
+Arguments = Annotated[dict[str, JsonValue] | list[JsonValue], _arguments]
 Status = Annotated[int, _status]
 
 
-def read_id(message: dict[str, Any], text_length: int) -> Id:
+def read_id(message: dict[str, JsonValue], text_length: int) -> Id:
     """The id of a message, or None.
 
     Raises:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import Any
+
+from rosproto.json_values import JsonValue
 
 MAX_SENT = 4096
 """Most fragments of a sent message; tiny pieces are made longer."""
@@ -57,7 +58,7 @@ class Reassembly:
     def __len__(self) -> int:
         return len(self._waiting)
 
-    def add(self, message: dict[str, Any], now: float) -> str | None:
+    def add(self, message: dict[str, JsonValue], now: float) -> str | None:
         """Take a fragment; return the whole text if it is complete.
 
         Args:
@@ -119,5 +120,5 @@ def _cost(data: str) -> int:
     return data.__sizeof__() + _OVERHEAD
 
 
-def _whole(value: Any) -> int | None:
+def _whole(value: object) -> int | None:
     return value if type(value) is int else None

@@ -14,7 +14,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 from rosproto.gateway.rosbridge.fields import (
     Arguments,
@@ -33,6 +32,7 @@ from rosproto.gateway.rosbridge.fields import (
     read_id,
 )
 from rosproto.json_fields import Anything, FieldError, Reader
+from rosproto.json_values import JsonValue
 
 RECEIVED_PARTS = ("fragment", "png")
 """Operations that contain another one; `Protocol` unpacks them."""
@@ -300,7 +300,7 @@ _APPENDED = {"call_service": "service", "send_action_goal": "action", "cancel_ac
 """Fields to which old clients append the id: `/rosapi/topics#33` is a call with the id 33."""
 
 
-def read_operation(op: str, message: dict[str, Any], text_length: int) -> Request:
+def read_operation(op: str, message: dict[str, JsonValue], text_length: int) -> Request:
     """Make the request of a message whose `op` is in `OPERATIONS`.
 
     Raises:
@@ -322,7 +322,7 @@ def read_operation(op: str, message: dict[str, Any], text_length: int) -> Reques
     return reader.make(**given)
 
 
-def unread_request(op: object, message: dict[str, Any], id: Id, text_length: int) -> Request | None:
+def unread_request(op: object, message: dict[str, JsonValue], id: Id, text_length: int) -> Request | None:
     """A call or goal with a wrong field, with what its answer repeats; None for other operations."""
     if op not in ("call_service", "send_action_goal"):
         return None

@@ -15,7 +15,6 @@ import itertools
 import json
 from functools import partial
 from json.encoder import encode_basestring_ascii as quoted
-from typing import Any
 
 from rosproto.gateway.chunks import ChunkedMessage, chunked
 from rosproto.gateway.client_limits import GatewayLimits
@@ -38,6 +37,7 @@ from rosproto.gateway.rosbridge.operations import (
     unread_request,
 )
 from rosproto.gateway.rosbridge.png import MAX_PICTURE_BYTES, PngError, unpack
+from rosproto.json_values import JsonValue
 from rosproto.text import printable
 
 TOO_BIG = 1009
@@ -110,6 +110,7 @@ class Protocol:
         except JsonError as error:
             self._refuse(requests, f"the message {error}")
             return requests
+        objects = [message for message in messages if isinstance(message, dict)]
         others = [message for message in messages if not isinstance(message, dict)]
         if others:
             kind = _kind(others[0])
@@ -117,11 +118,11 @@ class Protocol:
         elif not messages:
             self._refuse(requests, "the message is empty; expected a JSON object with an op")
         else:
-            for message in messages:
+            for message in objects:
                 requests += self._message(message, now, depth, at_once)
         return requests
 
-    def _message(self, message: dict[str, Any], now: float, depth: int, at_once: bool) -> list[Request]:
+    def _message(self, message: dict[str, JsonValue], now: float, depth: int, at_once: bool) -> list[Request]:
         op = message.get("op")
         id: Id = None
         requests: list[Request] = []
@@ -145,14 +146,14 @@ class Protocol:
             self.level = request.level
         return [request]
 
-    def _part(self, op: str, message: dict[str, Any], now: float, depth: int) -> str | None:
+    def _part(self, op: str, message: dict[str, JsonValue], now: float, depth: int) -> str | None:
         """The text in a fragment or a picture; None while fragments are missing."""
         if depth >= _WRAPPED:
             raise WrongMessage("too many fragments and pictures inside one another")
         if op == "fragment":
             return self._fragments.add(message, now)
         if "num" in message or "total" in message:
-            data: Any = self._fragments.add(message, now)
+            data: JsonValue = self._fragments.add(message, now)
             if data is None:
                 return None
         else:
@@ -189,7 +190,7 @@ class Protocol:
         """
         if LEVELS.index(level) > LEVELS.index(self.level):
             return ()
-        message: dict[str, Any] = {"op": "status", "level": level, "msg": printable(text, keep="\n\t")}
+        message: dict[str, JsonValue] = {"op": "status", "level": level, "msg": printable(text, keep="\n\t")}
         if id is not None:
             message["id"] = id
         return (json.dumps(message),)
@@ -287,7 +288,7 @@ def _kind(value: object) -> str:
     return "null" if value is None else "true or false" if isinstance(value, bool) else "a number"
 
 
-def _no_operation(message: dict[str, Any], op: object) -> str:
+def _no_operation(message: dict[str, JsonValue], op: object) -> str:
     if op is None and "receiver" in message:
         return "this is a message of rosbridge v1; expected v2, whose messages have an op"
     allowed = ", ".join([*OPERATIONS, *RECEIVED_PARTS])

@@ -6,9 +6,8 @@ import asyncio
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
 
-from rosproto.codec import Message, message_class, service_class
+from rosproto.codec import Message, ServiceType, message_class, service_class
 from rosproto.gateway.access import Access, Refused
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.gateway_server import GatewayState
@@ -116,7 +115,7 @@ class ServerState(GatewayState):
         name = definition_name(name)
         return message_class(name, self.node.definitions.library_for(name))
 
-    def service_class(self, name: str) -> Any:
+    def service_class(self, name: str) -> type[ServiceType]:
         """As `message_class`, for a service."""
         name = definition_name(name)
         return service_class(name, self.node.definitions.library_for(name, "srv"))

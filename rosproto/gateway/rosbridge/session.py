@@ -303,7 +303,7 @@ class RosbridgeSession:
         if self._authenticated:
             known = "the client has authenticated already"
             raise Refused(known if self._state.authenticate else NOT_CHECKED)
-        service: Any = self._state.service_class(AUTHENTICATION)
+        service = self._state.service_class(AUTHENTICATION)
         try:
             request = service.Request(
                 mac=asked.mac,

@@ -15,10 +15,10 @@ import math
 import threading
 import time
 from collections.abc import Mapping
-from typing import Any
 
 from rosproto.action import ActionServer, ServerGoal
 from rosproto.bounded_cache import BoundedCache
+from rosproto.codec import DynamicMessage
 from rosproto.errors import MasterError, RosError
 from rosproto.gateway.access import Access, Kind
 from rosproto.node import Node
@@ -188,7 +188,7 @@ class TfRepublisher:
                 goal.publish_feedback({"transforms": transforms})
         goal.preempted()
 
-    def _open_topic(self, request: Any) -> dict[str, str]:
+    def _open_topic(self, request: DynamicMessage) -> dict[str, str]:
         """The service: open a topic for one client, with a thread that ends without subscribers."""
         problem = _problem(request)
         if problem is not None:
@@ -225,7 +225,7 @@ class TfRepublisher:
             with self._lock:
                 self._topics.discard(threading.current_thread())
 
-    def _due(self, sending: _Sending) -> list[Any]:
+    def _due(self, sending: _Sending) -> list[DynamicMessage]:
         found = []
         for source in sending.sources:
             try:
@@ -241,7 +241,7 @@ class TfRepublisher:
 class _Sending:
     """The transforms that one client wants, and the last ones sent to it."""
 
-    def __init__(self, asked: Any) -> None:
+    def __init__(self, asked: DynamicMessage) -> None:
         self.target = frame_name(asked.target_frame)
         self.sources = [frame_name(name) for name in asked.source_frames]
         self.period = 1.0 / asked.rate
@@ -268,7 +268,7 @@ class _Sending:
         return bool(math.dist(before.translation, now.translation) > self._distance or angle > self._angle)
 
 
-def _problem(goal: Any) -> str | None:
+def _problem(goal: DynamicMessage) -> str | None:
     """Return why a goal is refused, or None."""
     if len(goal.source_frames) > MAX_FRAMES:
         return f"{len(goal.source_frames)} frames, {MAX_FRAMES} are the most"

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
-from rosproto.codec import service_class
+from rosproto.codec import Message, ServiceType, service_class
 from rosproto.errors import MasterError, RosError, ServiceError
 from rosproto.gateway.access import Access
 from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible, VisibleGraph
@@ -243,6 +243,6 @@ def provide(node: Node, rosapi: Rosapi) -> ProvidedRosapi:
     return ProvidedRosapi(servers)
 
 
-def _answer(rosapi: Rosapi, name: str, kind: Any, request: Any) -> Any:
+def _answer(rosapi: Rosapi, name: str, kind: type[ServiceType], request: Message) -> Message:
     values = rosapi.call(name, {field: getattr(request, field) for field in kind.Request.__slots__})
     return from_values(kind._response_class, values)
