@@ -23,7 +23,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from queue import SimpleQueue
-from typing import Any
+from typing import Any, TextIO
 
 from rosproto.cli.console import OutputError, TerminalGone
 from rosproto.cli.signals import Terminated
@@ -184,7 +184,7 @@ def in_background() -> Iterator[None]:
         sys.__stdout__, sys.__stderr__ = ours  # type: ignore[misc]
 
 
-def _of(stream: Any, *, waits: bool, after: BackgroundOutput | None = None) -> Any:
+def _of(stream: TextIO, *, waits: bool, after: BackgroundOutput | None = None) -> Any:
     if not isinstance(stream, io.TextIOWrapper):
         return stream
     stream.flush()
@@ -211,6 +211,6 @@ def everything_is_written() -> None:
         sys.stdout.flush()  # a full disk or a closed pipe shows here, not at exit
 
 
-def _background(stream: Any) -> BackgroundOutput | None:
+def _background(stream: object) -> BackgroundOutput | None:
     stream = getattr(stream, "unguarded", stream)
     return stream if isinstance(stream, BackgroundOutput) else None

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rosproto.bag import BagReader, RawMessage, create_bag
 from rosproto.cli.bag_files import Compression, check_local, check_new, compression_of, opened, whole
@@ -21,6 +21,9 @@ from rosproto.codec import decode
 from rosproto.files import replace_file
 from rosproto.text import human_bytes
 from rosproto.time import Time
+
+if TYPE_CHECKING:
+    from rosproto.codec import Message
 
 Entry = tuple[str, "RawMessage", "Time"]
 NAMES = ("m", "topic", "t")  # of an expression
@@ -105,7 +108,7 @@ def _message_filter(
     bag: BagReader, rule: Expression | None, shown: Expression | None
 ) -> Callable[[str, RawMessage, Time], bool]:
     """Return what evaluates the expressions on each decoded message; kept messages are written unchanged."""
-    classes: dict[int, Any] = {}
+    classes: dict[int, type[Message]] = {}
 
     def keep(topic: str, raw: RawMessage, stamp: Time) -> bool:
         number = raw.connection.id

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from rosproto.bag import BagReader
 from rosproto.cli.bag_edit import add_span_arguments, span, wanted_topics, write
@@ -18,6 +18,13 @@ from rosproto.cli.export_parquet import need, new_paths, write_parquet
 from rosproto.cli.fields import header, parse_field_path, row
 from rosproto.cli.options import add_allow_damaged, add_quiet
 from rosproto.codec import Message
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rosproto.codec import DynamicMessage
+    from rosproto.time import Time
 
 
 def add_export_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,7 +66,9 @@ def export(arguments: argparse.Namespace) -> None:
                 print(path)
 
 
-def _messages(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> Any:
+def _messages(
+    bag: BagReader, topics: list[str], arguments: argparse.Namespace
+) -> Iterator[tuple[str, DynamicMessage, Time]]:
     start, end = span(bag, arguments)
     return bag.read_messages(topics, start, end)
 
@@ -100,7 +109,7 @@ class _CsvFile:
         self._file: TextIO = open(path, "w", encoding="utf-8", newline="")  # noqa: SIM115
         self._begun = False
 
-    def write(self, message: Any, receive_ns: int) -> None:
+    def write(self, message: object, receive_ns: int) -> None:
         values = [(name, take(message)) for name, take in self._columns]
         lines = [[str(receive_ns), *(row(value) for _, value in values)]]
         if not self._begun:
@@ -133,7 +142,7 @@ def _npz(bag: BagReader, topics: list[str], arguments: argparse.Namespace) -> li
     return list(paths.values())
 
 
-def _write_npz(path: str, columns: dict[str, Any]) -> None:
+def _write_npz(path: str, columns: Mapping[str, NDArray[np.generic]]) -> None:
     """Like numpy.savez_compressed, which cannot write an array named `file`."""
     import zipfile
 
@@ -145,7 +154,9 @@ def _write_npz(path: str, columns: dict[str, Any]) -> None:
                 np.lib.format.write_array(member, np.asanyarray(column))
 
 
-def _span_mask(bag: BagReader, arguments: argparse.Namespace, times: Any) -> Any:
+def _span_mask(
+    bag: BagReader, arguments: argparse.Namespace, times: NDArray[np.float64]
+) -> NDArray[np.bool_]:
     import numpy as np
 
     start, end = span(bag, arguments)
@@ -157,7 +168,7 @@ def _span_mask(bag: BagReader, arguments: argparse.Namespace, times: Any) -> Any
     return mask
 
 
-def _leaves(cls: Any, prefix: str = "") -> list[str]:
+def _leaves(cls: type[Message], prefix: str = "") -> list[str]:
     """Return the paths of all leaf fields; arrays of messages have no columns."""
     message, found = cls(), []
     for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
@@ -229,7 +240,7 @@ IMAGES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 DEPTH = ("16UC1", "32FC1")
 
 
-def png_of(message: Any, *, scale_depth: bool = False) -> bytes:
+def png_of(message: DynamicMessage, *, scale_depth: bool = False) -> bytes:
     """Convert a message to PNG; Bayer patterns stay raw, depth becomes 16-bit grey in mm.
 
     Args:
@@ -264,7 +275,7 @@ def _converted(data: bytes) -> bytes:
     return file.getvalue()
 
 
-def pixels_of(message: Any) -> Any:
+def pixels_of(message: DynamicMessage) -> NDArray[Any]:
     """Return the pixels of a sensor_msgs/Image, row by row; metres (32FC1) become millimetres."""
     import numpy as np
 

@@ -10,12 +10,16 @@ import argparse
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, TypeVar
 
 from rosproto.cli.parser import Parser, verbs_of
 from rosproto.errors import RosError
 from rosproto.text import printable
 
+if TYPE_CHECKING:
+    from rosproto.codec import Message
+
+T = TypeVar("T")
 Names = Callable[[], Iterable[str]]
 FILES = 10
 """Exit code of `_words`: nothing is known to stand here, and a file may."""
@@ -255,8 +259,8 @@ def _names_of(words: Sequence[str], given: Mapping[str, Sequence[str]]) -> dict[
     add_graph_options(parser)
     options = parser.parse_known_args(list(words))[0]
 
-    def ask(question: Callable[[MasterClient], Iterable[Any]]) -> Callable[[], list[Any]]:
-        def names() -> list[Any]:
+    def ask(question: Callable[[MasterClient], Iterable[T]]) -> Callable[[], list[T]]:
+        def names() -> list[T]:
             try:
                 with MasterClient(
                     master_uri(options), "/rosproto_completion", timeout=MASTER_PATIENCE
@@ -301,7 +305,7 @@ def _types(words: Sequence[str]) -> list[str]:
     ]
 
 
-def template(cls: Any) -> str:
+def template(cls: type[Message]) -> str:
     """`{header: {seq: 0, stamp: now, frame_id: ""}, x: 0.0}`: YAML in one line, without single quotes.
 
     Args:
@@ -312,7 +316,7 @@ def template(cls: Any) -> str:
     return _flow(to_dict(cls()))
 
 
-def _flow(value: Any) -> str:
+def _flow(value: object) -> str:
     if isinstance(value, dict):
         stamped = value.keys() == {"seq", "stamp", "frame_id"} and isinstance(value["stamp"], dict)
         parts = [

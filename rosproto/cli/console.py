@@ -150,7 +150,7 @@ class EscapingStream:
 @contextmanager
 def guarded() -> Iterator[None]:
     """Let stdout and stderr escape control characters within the block."""
-    before: Any = sys.stdout, sys.stderr
+    before = sys.stdout, sys.stderr
     ours: Any = [stream if stream is None else EscapingStream(own(stream)) for stream in before]
     sys.stdout, sys.stderr = ours
     try:
@@ -203,15 +203,17 @@ def _readable(error: UnicodeError) -> tuple[str | bytes, int]:
 _NOT_ASCII = re.compile(r"[^\x00-\x7e]+")
 
 
-def json_text(value: object, *, ascii_only: bool = False, **options: Any) -> str:
+def json_text(
+    value: object, *, ascii_only: bool = False, indent: int | None = None, allow_nan: bool = True
+) -> str:
     """`json.dumps` with letters unescaped and unprintable characters as `\\u202e`.
 
     Args:
         value: See `json.dumps`.
         ascii_only: Escape non-ASCII characters.
-        options: Passed to `json.dumps`.
+        indent, allow_nan: See `json.dumps`.
     """
-    text = json.dumps(value, ensure_ascii=ascii_only, **options)
+    text = json.dumps(value, ensure_ascii=ascii_only, indent=indent, allow_nan=allow_nan)
     return text if text.isprintable() else _NOT_ASCII.sub(_escaped, text)
 
 

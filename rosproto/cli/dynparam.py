@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.graph_clients import absolute, master_client, open_node, unknown
@@ -18,6 +18,10 @@ from rosproto.cli.yaml_values import load_text, to_text, value_of
 from rosproto.errors import RosTimeout
 from rosproto.files import read_text, write_file
 from rosproto.text import printable
+
+if TYPE_CHECKING:
+    from rosproto.codec import DynamicMessage
+    from rosproto.node import Node
 
 SERVICE = "/set_parameters"
 SERVICE_TYPE = "dynamic_reconfigure/Reconfigure"
@@ -79,14 +83,15 @@ def _known(arguments: argparse.Namespace) -> list[str]:
     )
 
 
-def _heard(arguments: argparse.Namespace, node: Any, topic: str, kind: str) -> Any:
+def _heard(arguments: argparse.Namespace, node: Node, topic: str, kind: str) -> DynamicMessage:
     """Receive a latched message of the node."""
     from rosproto.codec import message_class
 
     name = absolute(arguments.node)
     with node.subscriber(f"{name}/{topic}", message_class(f"dynamic_reconfigure/{kind}")) as messages:
         try:
-            return messages.next(timeout=arguments.timeout)
+            message: DynamicMessage = messages.next(timeout=arguments.timeout)
+            return message
         except RosTimeout as error:
             known = _known(arguments)
             if name in known:
@@ -94,13 +99,13 @@ def _heard(arguments: argparse.Namespace, node: Any, topic: str, kind: str) -> A
             raise unknown("nothing can be reconfigured at", name, known, "dynparam list") from error
 
 
-def values_of(config: Any) -> dict[str, Any]:
+def values_of(config: DynamicMessage) -> dict[str, object]:
     """Return the values of a dynamic_reconfigure/Config by name, sorted."""
     found = {one.name: cast(one.value) for field, cast in LISTS.items() for one in getattr(config, field)}
     return dict(sorted(found.items()))
 
 
-def _parameters(description: Any) -> Iterator[Any]:
+def _parameters(description: DynamicMessage) -> Iterator[DynamicMessage]:
     for group in description.groups:
         yield from group.parameters
 
@@ -116,7 +121,7 @@ def _list(arguments: argparse.Namespace) -> None:
 def _get(arguments: argparse.Namespace) -> None:
     with open_node(arguments) as node:
         values = values_of(_heard(arguments, node, "parameter_updates", "Config"))
-    asked: Any = values
+    asked: object = values
     if arguments.parameter is not None:
         if arguments.parameter not in values:
             raise unknown(
@@ -148,7 +153,7 @@ def _describe(arguments: argparse.Namespace) -> None:
 def _set(arguments: argparse.Namespace) -> None:
     words = arguments.values
     if len(words) == 2:
-        changes: Any = {words[0]: words[1]}
+        changes: object = {words[0]: words[1]}
     else:
         changes = value_of(words[0]) if len(words) == 1 else None
     if not isinstance(changes, dict):
@@ -156,7 +161,7 @@ def _set(arguments: argparse.Namespace) -> None:
     _change(arguments, changes)
 
 
-def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> None:
+def _change(arguments: argparse.Namespace, changes: Mapping[str, object]) -> None:
     """Set the values and print the result: the node may limit values to their range."""
     from rosproto.codec import message_class, service_class
     from rosproto.codec.dicts import from_dict
@@ -179,9 +184,11 @@ def _change(arguments: argparse.Namespace, changes: Mapping[str, Any]) -> None:
             print(f"  (instead of {value!r}: the node brings values into its range)")
 
 
-def _config(changes: Mapping[str, Any], kinds: Mapping[str, str], node: str) -> dict[str, Any]:
+def _config(
+    changes: Mapping[str, object], kinds: Mapping[str, str], node: str
+) -> dict[str, list[dict[str, object]]]:
     """Return a dynamic_reconfigure/Config as a dict, with each value in the node's type."""
-    config: dict[str, Any] = {field: [] for field in LISTS}
+    config: dict[str, list[dict[str, object]]] = {field: [] for field in LISTS}
     for name, value in changes.items():
         if name not in kinds:
             raise unknown("no parameter is called", name, kinds, f"dynparam describe {node}")
@@ -189,7 +196,7 @@ def _config(changes: Mapping[str, Any], kinds: Mapping[str, str], node: str) -> 
     return config
 
 
-def _cast(kind: str, value: Any, name: str) -> Any:
+def _cast(kind: str, value: object, name: str) -> object:
     """Convert a value to the parameter's type.
 
     Raises:

@@ -9,9 +9,9 @@ import os
 import sys
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from queue import Empty, Queue
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rosproto.cli.console import (
     clear,
@@ -34,13 +34,19 @@ from rosproto.json_values import plain
 from rosproto.text import printable
 from rosproto.time import Time
 
+if TYPE_CHECKING:
+    from rosproto.codec import DynamicMessage
+    from rosproto.node import Node, Subscriber
+
 REDRAW = 0.1
 """Least seconds between two pictures on a terminal."""
 PATIENCE = 3.0
 """Seconds of silence after which one warning says why nothing may be coming."""
 
-Arrival = tuple[str, Any, Time]
+Arrival: TypeAlias = "tuple[str, DynamicMessage, Time]"
 """Topic, message, when it was received."""
+Take = Callable[[object], object]
+"""The getter of a field, from a message."""
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -81,7 +87,7 @@ def _from_graph(arguments: argparse.Namespace, printer: _Printer) -> None:
                 return
 
 
-def _arrivals(node: Any, topics: list[str], timeout: float | None) -> Iterator[Arrival]:
+def _arrivals(node: Node, topics: list[str], timeout: float | None) -> Iterator[Arrival]:
     """Yield the messages of all topics in order of arrival."""
     came: Queue[Arrival] = Queue()
     subscribers = [node.subscriber(topic, None, _put(came, topic), queue_size=1000) for topic in topics]
@@ -100,11 +106,11 @@ def _arrivals(node: Any, topics: list[str], timeout: float | None) -> Iterator[A
                 warned = True
 
 
-def _put(came: Queue[Arrival], topic: str) -> Any:
+def _put(came: Queue[Arrival], topic: str) -> Callable[[DynamicMessage], None]:
     return lambda message: came.put((topic, message, Time.from_sec(time.time())))
 
 
-def _silence(topics: list[str], subscribers: list[Any], seconds: float) -> str:
+def _silence(topics: list[str], subscribers: list[Subscriber], seconds: float) -> str:
     connected = sum(subscriber.connections for subscriber in subscribers)
     if connected:
         who = f"{counted(connected, 'publisher')} connected"
@@ -144,7 +150,7 @@ class _Printer:
         self.take = parse_field_path("")
         self.several = False
         self.shown = 0
-        self.drawn: list[tuple[str, Any]] = []  # topic, and a getter of the number from its messages
+        self.drawn: list[tuple[str, Take]] = []  # topic, and the getter of the number
         self.curves: PlotSamples | None = None
         self.due = 0.0
 
@@ -175,7 +181,7 @@ class _Printer:
         """Whether -n messages were shown."""
         return self.arguments.n is not None and self.shown >= self.arguments.n
 
-    def show(self, topic: str, message: Any, received: Time) -> None:
+    def show(self, topic: str, message: DynamicMessage, received: Time) -> None:
         """Print one message, if the filter accepts it."""
         if self.filter is not None and not self.filter(m=message, topic=topic):
             return
@@ -203,7 +209,7 @@ class _Printer:
             )
         sys.stdout.flush()
 
-    def _text(self, value: Any) -> str:
+    def _text(self, value: object) -> str:
         return strify_message(self.view(value), width=self.arguments.width)
 
     def _csv(self, value: Any, received: Time) -> None:
@@ -214,7 +220,7 @@ class _Printer:
         since = self.view.since
         print(f"{stamp.to_nsec() - (since.to_nsec() if since else 0)},{row(value, one_line=True)}")
 
-    def _plot(self, curves: PlotSamples, topic: str, message: Any, received: Time) -> None:
+    def _plot(self, curves: PlotSamples, topic: str, message: DynamicMessage, received: Time) -> None:
         for index, (drawn, take) in enumerate(self.drawn):
             if drawn != topic:
                 continue
@@ -368,7 +374,7 @@ class ValueFilter:
         self._no_strings = no_strings
         self.since = since
 
-    def __call__(self, value: Any) -> Any:
+    def __call__(self, value: object) -> object:
         """Return the value to print."""
         if isinstance(value, Time) and self.since is not None:
             return value - self.since
@@ -379,7 +385,7 @@ class ValueFilter:
             setattr(copy, name, self._field(getattr(value, name), kind))
         return copy
 
-    def _field(self, value: Any, kind: str) -> Any:
+    def _field(self, value: Any, kind: str) -> object:
         base, bracket, _ = kind.partition("[")
         if bracket and self._no_arrays:
             return _PlainText(f"<array type: {base}, length: {len(value)}>")

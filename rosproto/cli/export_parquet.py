@@ -8,7 +8,8 @@ import os
 import re
 from collections.abc import Iterable
 from contextlib import ExitStack
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 from zlib import crc32
 
 from rosproto.bag import BagReader
@@ -17,6 +18,10 @@ from rosproto.cli.bag_files import check_new, named, next_to, whole
 from rosproto.cli.bag_progress import Progress
 from rosproto.cli.console import counted
 from rosproto.cli.exit_codes import CommandError
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
 
 GROUP_BYTES = 32 << 20
 """Of a row group, in memory: readers take one at a time."""
@@ -83,15 +88,15 @@ class _File:
         size: Bytes in the incomplete row group.
     """
 
-    def __init__(self, parquet: Any, path: str, schema: Any) -> None:
+    def __init__(self, parquet: ModuleType, path: str, schema: pa.Schema) -> None:
         self._parquet = parquet
         self._schema = schema
-        self._writer: Any = None
-        self._group: list[Any] = []
+        self._writer: pq.ParquetWriter | None = None
+        self._group: list[pa.RecordBatch] = []
         self.path = path
         self.size = 0
 
-    def take(self, batch: Any) -> None:
+    def take(self, batch: pa.RecordBatch) -> None:
         """Add a record batch; write a complete row group."""
         self._group.append(batch)
         self.size += batch.nbytes
@@ -117,12 +122,12 @@ class _File:
                 self._writer.close()
 
 
-def _texts(schema: Any) -> list[str]:
+def _texts(schema: pa.Schema) -> list[str]:
     """Return the Parquet names of string columns."""
     return [path for field in schema for path in _texts_in(field, "")]
 
 
-def _texts_in(field: Any, prefix: str) -> list[str]:
+def _texts_in(field: pa.Field, prefix: str) -> list[str]:
     kind, path = str(field.type), prefix + field.name
     if kind.startswith("struct"):
         inner = [field.type.field(number) for number in range(field.type.num_fields)]
@@ -185,7 +190,7 @@ def _sum(topic: str) -> str:
     return f"{crc32(topic.encode('utf-8', 'surrogatepass')):08x}"
 
 
-def need(module: str, package: str, extra: str) -> Any:
+def need(module: str, package: str, extra: str) -> ModuleType:
     """Import an optional package.
 
     Raises:

@@ -16,7 +16,7 @@ from typing import Any
 
 from rosproto.typed_values import expression_tree
 
-FUNCTIONS: dict[str, Callable[..., Any]] = {
+FUNCTIONS: dict[str, Callable[..., object]] = {
     **{f.__name__: f for f in (abs, all, any, bool, float, int, len, max, min, round, sorted, str, sum)},
     **{name: getattr(math, name) for name in (
         "acos asin atan atan2 ceil copysign cos degrees exp fabs floor fmod hypot "
@@ -173,7 +173,7 @@ class _NoField(Exception):
     """The value has no such field."""
 
 
-def _field(owner: Any, name: str) -> object:
+def _field(owner: object, name: str) -> object:
     """Return a field of a message, or a constant of its class."""
     fields = getattr(type(owner), "__slots__", ())
     if name in fields or (hasattr(type(owner), "_slot_types") and name.isupper() and hasattr(owner, name)):
@@ -182,7 +182,7 @@ def _field(owner: Any, name: str) -> object:
     raise _NoField(f"{kind} has no field {name!r}; it has: {', '.join(fields) or 'none'}")
 
 
-def _method(owner: Any, name: str) -> object:
+def _method(owner: object, name: str) -> object:
     """Return a method of a text or a time."""
     if isinstance(owner, str) or hasattr(owner, "to_nsec"):
         return getattr(owner, name)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any
 
 from rosproto.codec import Message
 from rosproto.text import printable
@@ -103,12 +102,12 @@ def _element(value: object, index: int | slice, path: str) -> object:
     return found.item() if getattr(found, "ndim", None) == 0 else found
 
 
-def header(value: Any, prefix: str) -> str:
+def header(value: object, prefix: str) -> str:
     """Return the column names: `field.pose.position.x`, and `field.ranges0,field.ranges1` for arrays."""
     return ",".join(_names(value, prefix))
 
 
-def row(value: Any, *, one_line: bool = False) -> str:
+def row(value: object, *, one_line: bool = False) -> str:
     """Return the values in the order of `header`; times in nanoseconds, bools 0 and 1.
 
     Args:
@@ -119,11 +118,11 @@ def row(value: Any, *, one_line: bool = False) -> str:
     return ",".join(map(printable, cells) if one_line else cells)
 
 
-def _items(value: Any) -> Any:
+def _items(value: object) -> object:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def _names(value: Any, prefix: str) -> list[str]:
+def _names(value: object, prefix: str) -> list[str]:
     value = _items(value)
     if isinstance(value, Message):
         return [n for f in value.__slots__ for n in _names(getattr(value, f), f"{prefix}.{f}")]
@@ -132,7 +131,7 @@ def _names(value: Any, prefix: str) -> list[str]:
     return [prefix]
 
 
-def _cells(value: Any) -> list[str]:
+def _cells(value: object) -> list[str]:
     value = _items(value)
     if isinstance(value, Message):
         return [cell for f in value.__slots__ for cell in _cells(getattr(value, f))]

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, TypedDict, TypeVar
 from urllib.parse import quote
 
 from rosproto.cli.background_output import never_wait_for_stdout
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from rosproto.node import Node
     from rosproto.watchdog import Watchdog
 
-T = TypeVar("T")
+S = TypeVar("S", "Foxglove", "Rosbridge")
 TOKEN_VARIABLE = "ROSPROTO_TOKEN"
 SPARE_FILES = 200  # for the graph, beside the clients
 STEP = 0.5  # s; Windows delivers no Ctrl-C during an endless wait
@@ -41,6 +41,29 @@ A browser says "null" for a page from a file, so such a page does not get in as 
 can lead to the page on the internet with the address of this server in it: it may look, and where something
 is open for writing it has to know the token or be named (`--origin`).
 """
+
+
+class ServerOptions(TypedDict):
+    """The arguments of a server that the command line decides."""
+
+    host: str
+    port: int
+    access: Access
+    tls: ssl.SSLContext | None
+    origins: tuple[str, ...]
+    hosts: tuple[str, ...]
+    token: str | None
+    limits: GatewayLimits
+
+
+class _BridgeOptions(ServerOptions):
+    authenticate: bool
+
+
+class FoxgloveOptions(ServerOptions):
+    """The arguments of `Foxglove`."""
+
+    assets: list[str | Path]
 
 
 def add_bridge_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,7 +82,7 @@ def _bridge(arguments: argparse.Namespace) -> None:
     """Serve until interrupted; stdout has only the address."""
     from rosproto.gateway import Rosbridge
 
-    options = {**gateway_options(arguments), "authenticate": arguments.authenticate}
+    options: _BridgeOptions = {**gateway_options(arguments), "authenticate": arguments.authenticate}
     interval = sys.getswitchinterval()
     # A message passes several threads; the default switch interval is 5 ms each.
     sys.setswitchinterval(0.0005)
@@ -69,7 +92,7 @@ def _bridge(arguments: argparse.Namespace) -> None:
         sys.setswitchinterval(interval)
 
 
-def _announced(server: Rosbridge, options: dict[str, Any], token: str | None) -> list[str]:
+def _announced(server: Rosbridge, options: ServerOptions, token: str | None) -> list[str]:
     return [f"Serving rosbridge at {_url(server, options, token)} ({_opened(options['access'])})"]
 
 
@@ -89,9 +112,9 @@ def _foxglove(arguments: argparse.Namespace) -> None:
 def _serve(
     arguments: argparse.Namespace,
     name: str,
-    kind: Callable[..., Any],
-    options: dict[str, Any],
-    announced: Callable[[Any, dict[str, Any], str | None], list[str]],
+    kind: Callable[..., S],
+    options: ServerOptions,
+    announced: Callable[[S, ServerOptions, str | None], list[str]],
 ) -> None:
     """Serve with a new node until interrupted."""
     with (
@@ -109,14 +132,14 @@ def _serve(
 
 
 @contextmanager
-def serving(kind: Callable[..., T], node: Any, options: dict[str, Any], **more: Any) -> Iterator[T]:
+def serving(kind: Callable[..., S], node: Node, options: ServerOptions, **more: object) -> Iterator[S]:
     """Run a server at a node, and convert its errors to `CommandError`.
 
     Raises:
         CommandError: The extra is not installed, or the address cannot be bound.
     """
     try:
-        server: Any = kind(node, **options, **more)
+        server = kind(node, **options, **more)
     except LocalProtocolError as problem:
         raise CommandError(str(problem)) from problem
     except ConnectionLost as problem:
@@ -126,19 +149,18 @@ def serving(kind: Callable[..., T], node: Any, options: dict[str, Any], **more: 
         yield server
 
 
-def shown_token(arguments: argparse.Namespace, options: dict[str, Any]) -> str | None:
+def shown_token(arguments: argparse.Namespace, options: ServerOptions) -> str | None:
     """Return the server's token, or None if it must not be printed: it is in a file or the environment."""
     kept = os.environ.get(TOKEN_VARIABLE) if arguments.token is None else None
-    token: str | None = options["token"]
-    return None if arguments.token_file is not None or kept else token
+    return None if arguments.token_file is not None or kept else options["token"]
 
 
-def _url(server: Foxglove | Rosbridge, options: dict[str, Any], token: str | None) -> str:
+def _url(server: Foxglove | Rosbridge, options: ServerOptions, token: str | None) -> str:
     shown = "..." if token is None else quote(token, safe="")
     return server.url + (f"/?token={shown}" if options["token"] is not None else "")
 
 
-def announced(server: Foxglove, options: dict[str, Any], token: str | None) -> list[str]:
+def announced(server: Foxglove, options: ServerOptions, token: str | None) -> list[str]:
     """Return the lines at the start: the address, the open names, the viewer.
 
     Args:
@@ -236,7 +258,7 @@ def add_server_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) -> dict[str, Any]:
+def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) -> ServerOptions:
     """Return the arguments of a server; a token is always set beyond this computer.
 
     Args:
@@ -272,7 +294,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
     }
 
 
-def server_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) -> dict[str, Any]:
+def server_options(arguments: argparse.Namespace, *, write: Sequence[str] = ()) -> FoxgloveOptions:
     """Return the arguments of `Foxglove`.
 
     Args:

@@ -6,13 +6,16 @@ import argparse
 import os
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.cli.console import warn
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.graph_options import given_names, host_names, master_uri, msg_path
 from rosproto.cli.parser import near
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosTimeout
+
+if TYPE_CHECKING:
+    from rosproto.node import Node
 
 if TYPE_CHECKING:  # imported late: --help does not need them
     from rosproto.node.graph.master_client import MasterClient
@@ -46,7 +49,7 @@ def node_client(uri: str, arguments: argparse.Namespace, *, guess: bool = True) 
     return EscapedNodeClient(uri, CALLER_ID, timeout=TIMEOUT, hosts=host_names(arguments, guess=guess))
 
 
-def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Any:
+def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Node:
     """Open a node with a unique name, for commands that publish, subscribe or call.
 
     It follows ROS_IP, ROS_HOSTNAME and ROS_NAMESPACE.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from rosproto.cli.options import AddArguments, add_json
 
@@ -68,7 +68,7 @@ def given_names(arguments: argparse.Namespace) -> dict[str, str]:
     return {**of_environment(), **parse_host_names(arguments.resolve or ())}
 
 
-def msg_path(arguments: argparse.Namespace) -> list[Any]:
+def msg_path(arguments: argparse.Namespace) -> list[str | os.PathLike[str]]:
     """Return the user's folders (--msg-path, the environment), then that of `woosh learn`."""
     from rosproto.msg.user_folder import own_and_learned
 

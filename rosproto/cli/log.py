@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 import time
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rosproto.cli.console import enable_escapes, warn
 from rosproto.cli.exit_codes import CommandError
@@ -15,6 +15,10 @@ from rosproto.cli.graph_options import add_verbs
 from rosproto.cli.options import argument, count, positive
 from rosproto.errors import RosTimeout, ServiceError
 from rosproto.text import printable
+
+if TYPE_CHECKING:
+    from rosproto.codec import DynamicMessage
+    from rosproto.node import Node
 
 LEVELS = {"debug": 1, "info": 2, "warn": 4, "error": 8, "fatal": 16}
 """rosgraph_msgs/Log, as its definition numbers them."""
@@ -94,7 +98,7 @@ def _echo(arguments: argparse.Namespace) -> None:
         if not below(state.nodes, asked):
             warn(f"no node is called {absolute(asked)} yet; its lines are shown when it comes")
     topic = AGGREGATED if state.publishers.get(AGGREGATED) else DIRECT
-    came: Queue[Any] = Queue()
+    came: Queue[DynamicMessage] = Queue()
     shown, silent_since = 0, time.monotonic()
     ours = message_class("rosgraph_msgs/Log")
     with open_node(arguments) as node, node.subscriber(topic, ours, came.put, queue_size=1000):
@@ -113,7 +117,7 @@ def _echo(arguments: argparse.Namespace) -> None:
                 _show(line, arguments)
 
 
-def _wanted(line: Any, arguments: argparse.Namespace) -> bool:
+def _wanted(line: DynamicMessage, arguments: argparse.Namespace) -> bool:
     if line.level < arguments.level:
         return False
     if arguments.node and not any(below([line.name], asked) for asked in arguments.node):
@@ -128,7 +132,7 @@ def word_of(level: int) -> str:
     return next((name for name, number in reversed(LEVELS.items()) if level >= number), "debug")
 
 
-def _show(line: Any, arguments: argparse.Namespace) -> None:
+def _show(line: DynamicMessage, arguments: argparse.Namespace) -> None:
     stamp = line.header.stamp.to_sec()
     level = word_of(line.level)
     if arguments.json:
@@ -152,7 +156,9 @@ def _show(line: Any, arguments: argparse.Namespace) -> None:
 # -- levels --------------------------------------------------------------------------------------------------
 
 
-def _call(arguments: argparse.Namespace, node: Any, service: str, kind: str, **fields: object) -> Any:
+def _call(
+    arguments: argparse.Namespace, node: Node, service: str, kind: str, **fields: object
+) -> DynamicMessage:
     from rosproto.codec import service_class
 
     name = f"{absolute(arguments.node)}/{service}"
@@ -165,7 +171,8 @@ def _call(arguments: argparse.Namespace, node: Any, service: str, kind: str, **f
             f"{absolute(arguments.node)} has no {service}: it cannot be asked about its loggers"
         )
     with node.service_client(name, service_class(kind)) as client:
-        return client.call(timeout=5.0, **fields)
+        reply: DynamicMessage = client.call(timeout=5.0, **fields)
+        return reply
 
 
 def _loggers(arguments: argparse.Namespace) -> dict[str, str]:

@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any, TextIO
+from typing import TextIO
 
 from rosproto.cli.bag_progress import Progress
 from rosproto.cli.console import enable_escapes, is_terminal, json_text, own, shows_unicode
@@ -47,7 +47,7 @@ class Output:
         self._mark = f"\x1b{os.urandom(8).hex()}"
         self.coloured = not as_json and not os.environ.get("NO_COLOR") and enable_escapes(self._stream)
 
-    def line(self, *cells: str, **values: Any) -> None:
+    def line(self, *cells: str, **values: object) -> None:
         """Print a line for people and flush; silent with --json.
 
         Control characters and line ends are escaped, except the colours of `colour`.
@@ -77,12 +77,12 @@ class Output:
         parts = [part.partition("m") for part in rest]
         return printable(first) + "".join(f"\x1b{code}m{printable(more)}" for code, _, more in parts)
 
-    def result(self, value: Any) -> None:
+    def result(self, value: object) -> None:
         """Print the JSON document; silent without --json."""
         if self.as_json:
             self._document(plain(value), indent=2)
 
-    def record(self, value: Any, *, is_plain: bool = False) -> None:
+    def record(self, value: object, *, is_plain: bool = False) -> None:
         """Print a JSON document in one line (many are JSON Lines); silent without --json.
 
         Args:
@@ -92,18 +92,18 @@ class Output:
         if self.as_json:
             self._document(value if is_plain else plain(value))
 
-    def answer(self, value: Any, lines: str | Iterable[str]) -> None:
+    def answer(self, value: object, lines: str | Iterable[str]) -> None:
         """Print the result of a verb: with --json the value in one line, else the lines."""
         if self.as_json:
             self.record(value)
         elif text := [lines] if isinstance(lines, str) else list(lines):
             print("\n".join(text), file=self._stream, flush=True)
 
-    def _document(self, value: Any, **options: Any) -> None:
+    def _document(self, value: object, indent: int | None = None) -> None:
         self._said = True
         # A letter that the encoding lacks would become another one. A stream without an encoding lacks none.
         ascii_only = bool(getattr(self._stream, "encoding", "")) and not shows_unicode(self._stream)
-        self._write(json_text(value, ascii_only=ascii_only, allow_nan=False, **options))
+        self._write(json_text(value, ascii_only=ascii_only, indent=indent, allow_nan=False))
 
     def failure(self, text: str, code: int) -> None:
         """Print the JSON document of a failed command, unless it has printed one."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rosproto.cli.console import json_text
 from rosproto.cli.exit_codes import CommandError
@@ -20,6 +20,8 @@ from rosproto.text import printable
 
 if TYPE_CHECKING:
     from rosproto.node.graph.master_client import MasterClient
+
+T = TypeVar("T")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,7 +67,7 @@ def _load_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("namespace", nargs="?", default="/")
 
 
-def _ask(arguments: argparse.Namespace, key: str, question: Callable[[MasterClient, str], Any]) -> Any:
+def _ask(arguments: argparse.Namespace, key: str, question: Callable[[MasterClient, str], T]) -> T:
     """Ask the master about a parameter; an unknown one is an error."""
     with master_client(arguments) as master:
         try:
@@ -91,7 +93,7 @@ def _get(arguments: argparse.Namespace) -> None:
         print(to_text(value))
 
 
-def _print_pretty(value: dict[str, Any], indent: str) -> None:
+def _print_pretty(value: Mapping[str, object], indent: str) -> None:
     """Print sorted keys; a text of several lines goes below its key."""
     for key, item in sorted(value.items()):
         if isinstance(item, dict):
@@ -113,7 +115,7 @@ def _set(arguments: argparse.Namespace) -> None:
     if len(given) != 1:
         raise ValueError("give a value, or --textfile FILE, or --binfile FILE")
     if arguments.textfile is not None:
-        value: Any = read_text(arguments.textfile)
+        value: object = read_text(arguments.textfile)
     elif arguments.binfile is not None:
         value = read_file(arguments.binfile)
     else:
@@ -165,8 +167,11 @@ def _load(arguments: argparse.Namespace) -> None:
     if value is None:
         raise CommandError(f"{origin} is empty; write names and values, `speed: 2`")
     namespace = absolute(arguments.namespace)
-    if namespace == "/" and not isinstance(value, dict):
-        raise CommandError(f"{origin}: the root namespace takes names and values, not one {value!r:.40}")
+    items: Iterable[tuple[str, object]] = [("", value)]
+    if namespace == "/":
+        if not isinstance(value, dict):
+            raise CommandError(f"{origin}: the root namespace takes names and values, not one {value!r:.40}")
+        items = value.items()
     with master_client(arguments) as master:
-        for key, item in value.items() if namespace == "/" else [("", value)]:
+        for key, item in items:
             master.set_param((namespace.rstrip("/") + "/" + key).rstrip("/"), item)

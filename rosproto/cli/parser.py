@@ -120,7 +120,7 @@ class Parser(argparse.ArgumentParser):
         """Return the options with a value: `--chassis`."""
         return {text for text, action in self.options.items() if action.nargs != 0}
 
-    def _check_value(self, action: argparse.Action, value: Any) -> None:
+    def _check_value(self, action: argparse.Action, value: object) -> None:
         """Check a choice; similar choices come first in the error."""
         if action.choices is None or value in action.choices:
             return

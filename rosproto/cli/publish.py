@@ -7,7 +7,7 @@ import itertools
 import sys
 import time
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rosproto.cli.background_output import never_wait_for_stdout
 from rosproto.cli.console import is_terminal, warn
@@ -20,6 +20,9 @@ from rosproto.codec.dicts import from_dict
 from rosproto.errors import RosTimeout
 from rosproto.files import read_text
 from rosproto.time import Time
+
+if TYPE_CHECKING:
+    from rosproto.node import Publisher
 
 LINGER = 3.0  # seconds that -1 stays, as rostopic does, for subscribers that are still connecting
 FILE_RATE = 10.0  # messages per second from a file or standard input, as in rostopic
@@ -56,7 +59,7 @@ def run(arguments: argparse.Namespace) -> None:
             _latched(publisher, cls, messages, arguments)
 
 
-def _messages(arguments: argparse.Namespace) -> list[Any]:
+def _messages(arguments: argparse.Namespace) -> list[object]:
     """Return the values of each message."""
     if arguments.file is None:
         values = [value_of(word) for word in arguments.values]
@@ -76,7 +79,9 @@ def _warn_of_another_type(arguments: argparse.Namespace) -> None:
         warn(f"{topic} carries {kind}: its subscribers will not receive {arguments.type}")
 
 
-def _latched(publisher: Any, cls: type[Message], messages: list[Any], arguments: argparse.Namespace) -> None:
+def _latched(
+    publisher: Publisher, cls: type[Message], messages: list[object], arguments: argparse.Namespace
+) -> None:
     for value in messages:
         publisher.publish(from_dict(cls, value, now=Time.from_sec(time.time())))
     if not arguments.once:
@@ -91,7 +96,7 @@ def _latched(publisher: Any, cls: type[Message], messages: list[Any], arguments:
 
 
 def _in_turn(
-    publisher: Any, cls: type[Message], values: Iterable[Any], arguments: argparse.Namespace
+    publisher: Publisher, cls: type[Message], values: Iterable[object], arguments: argparse.Namespace
 ) -> None:
     """Publish each message once, at the rate."""
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.cli.console import is_terminal, warn
 from rosproto.cli.exit_codes import CommandError
@@ -26,6 +26,8 @@ from rosproto.errors import DefinitionError, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
 if TYPE_CHECKING:
+    from rosproto.codec import Message
+    from rosproto.node import Node
     from rosproto.node.graph.master_client import MasterClient
 
 
@@ -190,7 +192,7 @@ def _call(arguments: argparse.Namespace) -> None:
                     print(f"---\n{response}" if index else response, flush=True)
 
 
-def _wait(node: Any, name: str, timeout: float) -> None:
+def _wait(node: Node, name: str, timeout: float) -> None:
     try:
         node.wait_for_service(name, timeout=timeout)
     except RosTimeout:
@@ -199,7 +201,7 @@ def _wait(node: Any, name: str, timeout: float) -> None:
         ) from None
 
 
-def _requests(arguments: argparse.Namespace, cls: Any) -> list[Any]:
+def _requests(arguments: argparse.Namespace, cls: type[Message]) -> list[object]:
     """Return the request of the command line, or those of standard input.
 
     Raises:
@@ -218,7 +220,7 @@ def _requests(arguments: argparse.Namespace, cls: Any) -> list[Any]:
     return found
 
 
-def _ask_for_fields(service: str, cls: Any) -> str:
+def _ask_for_fields(service: str, cls: type[Message]) -> str:
     """Return the error of missing fields, with an example line for any shell."""
     from rosproto.codec.dicts import to_dict
 
@@ -230,7 +232,7 @@ def _ask_for_fields(service: str, cls: Any) -> str:
     )
 
 
-def _request_values(words: list[str], cls: Any) -> Any:
+def _request_values(words: list[str], cls: type[Message]) -> object:
     """Return a dict, or the fields in order; None without words."""
     values = [value_of(word) for word in words]
     if not values:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any, NoReturn
+from typing import NoReturn, TypeAlias
 
 ONE_SIGNAL = 0.5
 _THAT_END = ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
@@ -18,7 +18,8 @@ _THAT_END = ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
 # learn.microsoft.com/windows/console/handlerroutine
 _CLOSE_EVENTS = (2, 5, 6)  # CTRL_CLOSE_EVENT, CTRL_LOGOFF_EVENT, CTRL_SHUTDOWN_EVENT
 _WINDOWS_PATIENCE = 4.5  # Windows ends the process 5 s after a closed console
-_HANDLER: list[Any] = []
+_HANDLER: list[object] = []
+Handler: TypeAlias = "Callable[[int, FrameType | None], object] | int | None"
 
 
 class Terminated(BaseException):
@@ -72,9 +73,9 @@ def signals_ignored() -> Iterator[None]:
 
 
 @contextmanager
-def _handled(handlers: Mapping[str, Any], *, until_exit: bool = False) -> Iterator[None]:
+def _handled(handlers: Mapping[str, Handler], *, until_exit: bool = False) -> Iterator[None]:
     """Set handlers of the available signals within the block, or until the process ends."""
-    before: dict[int, Any] = {}
+    before: dict[int, Handler] = {}
     for name, handler in handlers.items():
         number = getattr(signal, name, None)
         if number is not None:
@@ -94,7 +95,7 @@ def _ignored(name: str) -> bool:
     return hasattr(signal, name) and signal.getsignal(getattr(signal, name)) is signal.SIG_IGN
 
 
-def _once(handler: Callable[[int, FrameType | None], Any]) -> Callable[[int, FrameType | None], None]:
+def _once(handler: Callable[[int, FrameType | None], object]) -> Callable[[int, FrameType | None], None]:
     """Call the handler for the first of several simultaneous signals."""
     last = -math.inf
 

@@ -9,10 +9,11 @@ import argparse
 import math
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.cli.console import warn
 from rosproto.cli.exit_codes import CommandError
@@ -24,6 +25,10 @@ from rosproto.cli.parser import near
 from rosproto.cli.pictures import add_picture_options, form_of, quoted, svg_page, write_picture
 from rosproto.errors import RosError, RosTimeout
 from rosproto.text import printable
+
+if TYPE_CHECKING:
+    from rosproto.codec import DynamicMessage
+    from rosproto.tf import Transform
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -137,7 +142,7 @@ def _echo(arguments: argparse.Namespace) -> None:
             shown += 1
 
 
-def _print(transform: Any, out: Output) -> None:
+def _print(transform: Transform, out: Output) -> None:
     x, y, z = transform.translation
     rotation = [float(v) for v in transform.rotation]
     if out.as_json:
@@ -294,7 +299,7 @@ class Arrivals:
         self._lock = threading.Lock()
         self._frames: dict[str, _Frame] = {}
 
-    def add(self, message: Any, received: float, *, static: bool) -> None:
+    def add(self, message: DynamicMessage, received: float, *, static: bool) -> None:
         """Add a tf2_msgs/TFMessage received at this time, s since 1970 (or simulated)."""
         sender = (message._connection_header or {}).get("callerid", "")
         with self._lock:
@@ -357,7 +362,7 @@ def monitor(arguments: argparse.Namespace) -> None:
     with open_node(arguments) as node:
         clock = node.clock
 
-        def take(static: bool) -> Any:
+        def take(static: bool) -> Callable[[DynamicMessage], None]:
             return lambda message: arrivals.add(message, clock.now().to_sec(), static=static)
 
         ours = message_class("tf2_msgs/TFMessage")

@@ -6,7 +6,7 @@ import argparse
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rosproto.cli.console import warn
 from rosproto.cli.exit_codes import CommandError
@@ -15,6 +15,9 @@ from rosproto.cli.graph_clients import absolute, below, master_client, open_node
 from rosproto.cli.options import count
 from rosproto.cli.parser import near
 from rosproto.rates import Bandwidth, Statistics, Window, bandwidth_text, delay_text, hz_table, hz_text
+
+if TYPE_CHECKING:
+    from rosproto.codec import DynamicMessage
 
 
 def add_hz_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +50,7 @@ def run_hz(arguments: argparse.Namespace) -> None:
     wanted = Expression(arguments.filter) if arguments.filter else None
     windows = _windows(arguments)
 
-    def arrived(topic: str, message: Any, now: float) -> None:
+    def arrived(topic: str, message: DynamicMessage, now: float) -> None:
         if wanted is None or wanted(m=message):
             windows[topic].add(now)
 
@@ -82,7 +85,7 @@ def run_delay(arguments: argparse.Namespace) -> None:
     windows = _windows(arguments)
     headless: list[str] = []
 
-    def arrived(topic: str, message: Any, now: float) -> None:
+    def arrived(topic: str, message: DynamicMessage, now: float) -> None:
         if not message._has_header:
             headless.append(f"{topic} ({message._type})")
         elif wanted is None or wanted(m=message):
@@ -106,7 +109,7 @@ def run_bw(arguments: argparse.Namespace) -> None:
     """Print the bytes per second, every second."""
     bandwidths = {topic: Bandwidth(max(2, arguments.window)) for topic in _topics(arguments)}
 
-    def arrived(topic: str, message: Any, now: float) -> None:
+    def arrived(topic: str, message: DynamicMessage, now: float) -> None:
         bandwidths[topic].add(now, len(message._buff))
 
     def report() -> None:
@@ -145,7 +148,7 @@ def _topics(arguments: argparse.Namespace) -> list[str]:
 
 def _watch(
     arguments: argparse.Namespace,
-    arrived: Callable[[str, Any, float], None],
+    arrived: Callable[[str, DynamicMessage, float], None],
     report: Callable[[], None],
     *,
     raw: bool,
@@ -154,8 +157,8 @@ def _watch(
     lock = threading.Lock()
     problems: list[Exception] = []
 
-    def callback_for(topic: str) -> Callable[[Any], None]:
-        def callback(message: Any) -> None:
+    def callback_for(topic: str) -> Callable[[DynamicMessage], None]:
+        def callback(message: DynamicMessage) -> None:
             now = time.monotonic()
             try:
                 with lock:

@@ -19,14 +19,14 @@ BLOCK = re.compile(r":(\s|$)|^\s*[-?!&*|>]")
 PLAIN = re.compile(r"[A-Za-z_/][\w/. -]*\w|[A-Za-z_/]", re.ASCII)
 
 
-def to_text(value: Any) -> str:
+def to_text(value: object) -> str:
     """Return block YAML as of rosparam: sorted keys, unquoted strings where possible."""
     if isinstance(value, (dict, list, bytes, bytearray)) and value:
         return "\n".join(_block(value)) + "\n"
     return _scalar(value)
 
 
-def to_flow(value: Any) -> str:
+def to_flow(value: object) -> str:
     """In one line, as it is typed on a command line: `{data: false, name: ''}`; keys in their own order."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{_scalar(key)}: {to_flow(item)}" for key, item in value.items()) + "}"
@@ -35,7 +35,7 @@ def to_flow(value: Any) -> str:
     return _scalar(value)
 
 
-def _block(value: Any) -> list[str]:
+def _block(value: dict[str, object] | list[object] | bytes | bytearray) -> list[str]:
     lines: list[str] = []
     if isinstance(value, (bytes, bytearray)):
         text = base64.b64encode(value).decode("ascii")
@@ -55,14 +55,14 @@ def _block(value: Any) -> list[str]:
                 lines.append(f"{head} {_scalar(item)}")
         return lines
     for item in value:
-        block = isinstance(item, (dict, list, bytes, bytearray)) and item
-        inner = _block(item) if block else [_scalar(item)]
+        nested = item if isinstance(item, (dict, list, bytes, bytearray)) else None
+        inner = _block(nested) if nested else [_scalar(item)]
         lines.append(f"- {inner[0]}")
         lines += ["  " + line for line in inner[1:]]
     return lines
 
 
-def _scalar(value: Any) -> str:
+def _scalar(value: object) -> str:
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -96,7 +96,7 @@ def _string(text: str) -> str:
     return quoted(text)
 
 
-def value_of(word: str) -> Any:
+def value_of(word: str) -> object:
     """Parse a value of the command line: scalars and flow collections, or any YAML with PyYAML.
 
     Raises:
@@ -119,7 +119,7 @@ def value_of(word: str) -> Any:
             raise error from None
 
 
-def load_documents(lines: Iterable[str], origin: str) -> Iterator[Any]:
+def load_documents(lines: Iterable[str], origin: str) -> Iterator[object]:
     """Yield the non-empty values of a text with `---` separators, each once complete."""
     part: list[str] = []
     for line in itertools.chain(lines, ("---",)):
@@ -131,7 +131,7 @@ def load_documents(lines: Iterable[str], origin: str) -> Iterator[Any]:
         part = []
 
 
-def load_text(text: str, origin: str) -> Any:
+def load_text(text: str, origin: str) -> object:
     """Parse a YAML or JSON text.
 
     Raises:
@@ -148,7 +148,7 @@ def load_text(text: str, origin: str) -> Any:
         ) from None
 
 
-def _load_with_library(text: str, origin: str) -> Any:
+def _load_with_library(text: str, origin: str) -> object:
     import yaml  # type: ignore[import-untyped]
 
     def wrong(unit: str, node: Any) -> Exception:
