@@ -77,10 +77,8 @@ class Feed(Newest[T]):
         except RosError as error:  # raised by `wait` instead
             logger.debug("! %s: not subscribed: %s", self.topic, error)
 
-    @property
-    def count(self) -> int:
-        """Values received so far."""
-        return self.feed.count
+    count = SameProperty[int](Threaded.count, "feed")
+    sources = SameProperty[frozenset[str]](Threaded.sources, "feed")
 
     @property
     def history(self) -> tuple[Reading[T], ...]:
@@ -91,11 +89,6 @@ class Feed(Newest[T]):
     def publishers(self) -> int:
         """Publishers connected now."""
         return self.feed.publishers if self.feed.opened else 0
-
-    @property
-    def sources(self) -> frozenset[str]:
-        """Addresses ("host:port") of the publishers connected now; a new address means a new process."""
-        return self.feed.sources
 
     errors = SameProperty[list[Exception]](Threaded.errors, "feed")
     unreachable = SameProperty[str](Threaded.unreachable, "feed")

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 from rosproto.codec import DynamicMessage
 from rosproto.files import write_file
 from rosproto.sentence import say
-from woosh_pure.geometry import Pose2D, quaternion_from_yaw
-from woosh_pure.values.messages import message_type, pose_of
+from woosh_pure.geometry import Pose2D
+from woosh_pure.values.messages import message_type, pose_of, set_pose
 
 if TYPE_CHECKING:
     import numpy as np
@@ -175,8 +175,6 @@ def grid_message(grid: GridMap, frame: str = "map") -> DynamicMessage:
     message.header.frame_id = frame
     info = message.info
     info.resolution, info.width, info.height = grid.resolution, grid.width, grid.height
-    info.origin.position.x, info.origin.position.y = grid.origin.x, grid.origin.y
-    q = info.origin.orientation
-    q.x, q.y, q.z, q.w = quaternion_from_yaw(grid.origin.yaw)
+    set_pose(info.origin, grid.origin)
     message.data = np.ascontiguousarray(grid.cells, dtype=np.int8).reshape(-1)
     return message

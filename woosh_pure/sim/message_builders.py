@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rosproto.codec import DynamicMessage
-from woosh_pure.geometry import Pose2D, Velocity, quaternion_from_yaw
+from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.sim.sensors import camera_depth, camera_picture, camera_points, cast
 from woosh_pure.sim.world import World
-from woosh_pure.values.messages import message_type
+from woosh_pure.values.messages import message_type, set_pose, set_yaw
 
 BEAMS = 360
 RANGE_MIN, RANGE_MAX = 0.05, 30.0
@@ -25,12 +25,6 @@ def stamp(message: DynamicMessage, frame: str, now: float) -> None:
     header.frame_id = frame
     header.stamp.secs = int(now)
     header.stamp.nsecs = int((now % 1.0) * 1e9)
-
-
-def _set_pose(target: DynamicMessage, pose: Pose2D) -> None:
-    target.position.x, target.position.y, target.position.z = pose.x, pose.y, 0.0
-    q = target.orientation
-    q.x, q.y, q.z, q.w = quaternion_from_yaw(pose.yaw)
 
 
 def _set_twist(target: DynamicMessage, velocity: Velocity) -> None:
@@ -54,7 +48,7 @@ def _pose2d(world: World, m: DynamicMessage, now: float) -> None:
 
 def _amcl(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "map", now)
-    _set_pose(m.pose.pose, world.believed_pose)
+    set_pose(m.pose.pose, world.believed_pose)
     spread = 0.0025 if world.located else 1.0
     covariance = [0.0] * 36
     covariance[0] = covariance[7] = covariance[35] = spread
@@ -111,13 +105,13 @@ def _twist(world: World, m: DynamicMessage, now: float) -> None:
 def _odometry(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "odom", now)
     m.child_frame_id = "base_link"
-    _set_pose(m.pose.pose, world.body.odometry)
+    set_pose(m.pose.pose, world.body.odometry)
     _set_twist(m.twist.twist, world.body.velocity)
 
 
 def _odometry_raw(world: World, m: DynamicMessage, now: float) -> None:
     _odometry(world, m, now)
-    _set_pose(m.pose.pose, world.body.wheel_odometry)
+    set_pose(m.pose.pose, world.body.wheel_odometry)
 
 
 def _scan(world: World, m: DynamicMessage, now: float) -> None:
@@ -131,8 +125,7 @@ def _scan(world: World, m: DynamicMessage, now: float) -> None:
 
 def _imu(world: World, m: DynamicMessage, now: float) -> None:
     stamp(m, "imu", now)
-    q = m.orientation
-    q.x, q.y, q.z, q.w = quaternion_from_yaw(world.body.odometry.yaw)
+    set_yaw(m.orientation, world.body.odometry.yaw)
     m.angular_velocity.z = world.body.velocity.wz + world.random.gauss(0.0, 0.002)
     m.linear_acceleration.x = world.random.gauss(0.0, 0.02)
     m.linear_acceleration.y = world.body.velocity.vx * world.body.velocity.wz
@@ -195,7 +188,7 @@ def fill_plan(path: list[Pose2D], m: DynamicMessage, now: float) -> None:
     for pose in path:
         one = stamped()
         stamp(one, "map", now)
-        _set_pose(one.pose, pose)
+        set_pose(one.pose, pose)
         m.poses.append(one)
 
 
@@ -208,8 +201,7 @@ def fill_transforms(m: DynamicMessage, now: float, *links: tuple[str, str, Pose2
         stamp(one, parent, now)
         one.child_frame_id = child
         one.transform.translation.x, one.transform.translation.y = pose.x, pose.y
-        q = one.transform.rotation
-        q.x, q.y, q.z, q.w = quaternion_from_yaw(pose.yaw)
+        set_yaw(one.transform.rotation, pose.yaw)
         m.transforms.append(one)
 
 

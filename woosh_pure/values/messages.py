@@ -54,13 +54,21 @@ def require_finite(value: Any, what: str) -> Any:
     return value
 
 
+def set_pose(target: DynamicMessage, pose: Pose2D) -> None:
+    """Fill a geometry_msgs/Pose, whose z stays."""
+    target.position.x, target.position.y = pose.x, pose.y
+    set_yaw(target.orientation, pose.yaw)
+
+
+def set_yaw(target: DynamicMessage, yaw: float) -> None:
+    """Fill a geometry_msgs/Quaternion."""
+    target.x, target.y, target.z, target.w = quaternion_from_yaw(yaw)
+
+
 def pose_message(pose: Pose2D) -> DynamicMessage:
     """geometry_msgs/Pose, z 0."""
-    pose.require_sensible()
     message = _new("geometry_msgs/Pose")
-    message.position.x, message.position.y = pose.x, pose.y
-    q = message.orientation
-    q.x, q.y, q.z, q.w = quaternion_from_yaw(pose.yaw)
+    set_pose(message, pose.require_sensible())
     return message
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from http import HTTPStatus
 
 from rosproto.errors import (
     BagError,
@@ -20,26 +21,8 @@ from woosh_pure.web.snapshot import reasons_part, said_part
 
 MEDIA_TYPE = "application/problem+json"
 _logger = get_logger("woosh_pure.web")
-TITLES = {
-    400: "Bad Request",
-    401: "Unauthorized",
-    403: "Forbidden",
-    404: "Not Found",
-    405: "Method Not Allowed",
-    408: "Request Timeout",
-    409: "Conflict",
-    413: "Content Too Large",
-    415: "Unsupported Media Type",
-    421: "Misdirected Request",
-    422: "Unprocessable Content",
-    429: "Too Many Requests",
-    500: "Internal Server Error",
-    501: "Not Implemented",
-    502: "Bad Gateway",
-    503: "Service Unavailable",
-    504: "Gateway Timeout",
-}
-"""The phrases of RFC 9110 and 6585. `http.HTTPStatus` has other ones for 413 and 422 before Python 3.13."""
+_NEW_PHRASES = {413: "Content Too Large", 422: "Unprocessable Content"}
+"""Of RFC 9110, where `http.HTTPStatus` has older ones before Python 3.13."""
 STATUS_KINDS = {
     400: "bad-request",
     401: "no-token",
@@ -97,6 +80,11 @@ KINDS: tuple[tuple[type[Exception], int, str], ...] = (
 )
 
 
+def title_of(status: int) -> str:
+    """Return the registered phrase of a status."""
+    return _NEW_PHRASES.get(status) or HTTPStatus(status).phrase
+
+
 class Problem(Exception):
     """An error whose text is sent to the client.
 
@@ -135,7 +123,7 @@ class Problem(Exception):
         kind = self.kind or STATUS_KINDS.get(self.status, "problem")
         return {
             "type": f"urn:woosh:{kind}",
-            "title": TITLES.get(self.status, "Problem"),
+            "title": title_of(self.status),
             "status": self.status,
             "detail": printable(_said(self.text, language)),
             "instance": instance,

@@ -9,7 +9,7 @@ from fastapi import Path, Request
 
 from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.http_errors import MEDIA_TYPE, TITLES, Problem
+from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, title_of
 from woosh_pure.web.robot import Robot
 
 SESSION = "x-woosh-session"
@@ -18,7 +18,7 @@ SESSION = "x-woosh-session"
 def problems(*statuses: int) -> dict[int | str, dict[str, object]]:
     """The error answers of an operation, for /openapi.json; `web.description` adds those of all."""
     content = {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}}
-    return {status: {"description": TITLES[status], "content": content} for status in statuses}
+    return {status: {"description": title_of(status), "content": content} for status in statuses}
 
 
 PROBLEMS = problems(502, 503, 504)

@@ -24,7 +24,7 @@ from woosh_pure.web.camera import COSTMAP, jpeg_of, png_of
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live import robot_state
-from woosh_pure.web.snapshot import ages, plain, pose_part, text_of
+from woosh_pure.web.snapshot import ages, faults_part, plain, pose_part, readiness_part, text_of
 
 # -- the state, the journal, and the robots of this server --------------------------------------------
 
@@ -59,15 +59,15 @@ def get_snapshot(request: Request) -> dict[str, object]:
 
 
 @state.get("/readiness", response_model=models.Readiness)
-def get_readiness(request: Request) -> object:
+def get_readiness(request: Request) -> dict[str, object]:
     """Whether the robot would move now, and if not, why."""
-    return robot_state.slow_parts(robot_of(request))["readiness"]
+    return readiness_part(robot_of(request).chassis.readiness())
 
 
 @state.get("/faults", response_model=models.Faults)
-def get_faults(request: Request) -> object:
+def get_faults(request: Request) -> dict[str, object]:
     """The faults that are active now."""
-    return robot_state.slow_parts(robot_of(request))["faults"]
+    return faults_part(robot_of(request).chassis.faults)
 
 
 @journal.get("/journal", response_model=list[models.Entry])
