@@ -191,7 +191,7 @@ def test_a_file_uses_no_private_name_of_another() -> None:
         "class A:\n    def f(self): self.other._hidden = 1",
         "def f(x): setattr(x, '_hidden', 1)",
         "def f(x): getattr(x, '_hidden', None)",
-        "from rosproto.rospy.modules.tf._matrices import EPS",
+        "from rosproto.rospy.modules.genpy._values import check_type",
         "from _md5 import md5",
         "import _socket",
     ],
