@@ -53,7 +53,7 @@ _ROOMS = (
 _ROSPROTO = (
     "cli/exit_codes cli/options cli/parser selftest/checking selftest/computing "
     "selftest/nodes transport/uri transport/name_lookup "
-    "transport/own_address transport/connecting transport/deadline transport/robot_host_names "
+    "transport/own_address transport/tcp transport/deadline transport/robot_host_names "
     "transport/os_errors"
 ).split()
 OWNERS = [

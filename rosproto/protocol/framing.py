@@ -2,7 +2,7 @@
 
 Each message is a little-endian uint32 length and that many bytes. A service response has one more byte in
 front; `FrameDecoder.take` reads it. The connection header, which comes first, has the same form; it is read
-by `rosproto/transport/tcpros_io.py`, which takes nothing after it.
+by `rosproto/transport/tcp.py`, which takes nothing after it.
 """
 
 from __future__ import annotations

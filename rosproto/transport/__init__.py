@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from rosproto.transport.backoff import Backoff
-from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline, next_item
 from rosproto.transport.listener import AT_ONCE, Listener
 from rosproto.transport.os_errors import allow_open_files, max_connections
 from rosproto.transport.own_address import local_address_towards
 from rosproto.transport.robot_host_names import HostNames, hosts_advice, parse_host_names
-from rosproto.transport.tcp import reuse_address
+from rosproto.transport.tcp import connect, read_header, reuse_address, write_header
 from rosproto.transport.tcp_server import TcpServer
-from rosproto.transport.tcpros_io import read_header, write_header
 from rosproto.transport.uri import is_loopback, make_uri, parse_uri
 from rosproto.transport.xmlrpc_client import XmlRpcClient, unpack
 from rosproto.transport.xmlrpc_server import Peer, XmlRpcServer

@@ -10,11 +10,10 @@ from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpClientConnection, Response
 from rosproto.protocol.wire_limits import Limits
 from rosproto.sentence import say
-from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.os_errors import translate
 from rosproto.transport.robot_host_names import HostNames
-from rosproto.transport.tcp import interrupt, set_linger
+from rosproto.transport.tcp import connect, interrupt, set_linger
 from rosproto.transport.uri import DEFAULT_MASTER_URI, format_address, make_uri, parse_uri, uri_path
 
 _RECV_BYTES = 1 << 16

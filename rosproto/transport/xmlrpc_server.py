@@ -24,8 +24,8 @@ from rosproto.protocol.http import (
 )
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
+from rosproto.transport.tcp import write_steadily
 from rosproto.transport.tcp_server import Allow, TcpServer
-from rosproto.transport.tcpros_io import write_steadily
 from rosproto.transport.uri import format_address, make_uri
 
 log = get_logger("rosproto.transport")

@@ -15,9 +15,8 @@ from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.graph.master_client import CallerIdentity
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.protocol.handshake import PublisherReply, check_publisher_header, subscriber_header
-from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcpros_io import read_header, write_header
+from rosproto.transport.tcp import connect, read_header, write_header
 
 
 def probe_topic(caller: CallerIdentity, topic: str, publisher: str, deadline: Deadline) -> PublisherReply:

@@ -22,8 +22,8 @@ from rosproto.protocol.handshake import error_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.own_address import choose_own_address, local_address_towards
+from rosproto.transport.tcp import read_header, write_all, write_header
 from rosproto.transport.tcp_server import TcpServer
-from rosproto.transport.tcpros_io import read_header, write_all, write_header
 from rosproto.transport.uri import make_uri
 from rosproto.transport.xmlrpc_server import Dispatch, XmlRpcServer
 

@@ -17,10 +17,9 @@ from rosproto.node.definitions.topic_probe import additional_callerid, address_o
 from rosproto.node.graph.master_client import CallerIdentity
 from rosproto.node.incoming.tcpros_link import FrameReader
 from rosproto.protocol.handshake import check_publisher_header, subscriber_header
-from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
-from rosproto.transport.tcpros_io import read_header, write_header
+from rosproto.transport.tcp import connect, read_header, write_header
 from rosproto.transport.uri import parse_uri
 
 

@@ -27,10 +27,8 @@ from rosproto.protocol.handshake import (
     check_publisher_header,
     subscriber_header,
 )
-from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import expect_data, interrupt
-from rosproto.transport.tcpros_io import read_header, write_header
+from rosproto.transport.tcp import connect, expect_data, interrupt, read_header, write_header
 from rosproto.transport.uri import format_address
 
 if TYPE_CHECKING:

@@ -20,11 +20,9 @@ from rosproto.node.definitions.md5sum_mismatch import ServiceRevision
 from rosproto.protocol.framing import FrameDecoder, frame
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.robot_host_names import HostNames
-from rosproto.transport.tcp import interrupt, set_linger
-from rosproto.transport.tcpros_io import read_header, write_header
+from rosproto.transport.tcp import connect, interrupt, read_header, set_linger, write_header
 from rosproto.transport.uri import format_address
 
 FIRST_BUFFER_BYTES = 4 << 10  # enough for most answers

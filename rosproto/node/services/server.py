@@ -29,8 +29,7 @@ from rosproto.protocol.framing import FrameDecoder
 from rosproto.protocol.handshake import ServiceRequest, check_service_client_header, service_server_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcp import interrupt
-from rosproto.transport.tcpros_io import write_header, write_steadily
+from rosproto.transport.tcp import interrupt, write_header, write_steadily
 
 MAX_ERROR_BYTES = 64 << 10  # bytes of error text
 

@@ -15,7 +15,7 @@ from rosproto.node import Event, EventKind, MasterClient, Node, NodeClient
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcpros_io import read_header, write_header
+from rosproto.transport.tcp import read_header, write_header
 from tests.support.victim import eventually
 
 String = "std_msgs/String"

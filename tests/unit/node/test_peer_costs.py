@@ -27,7 +27,7 @@ from rosproto.protocol.connection_header import encode_header
 from rosproto.protocol.handshake import subscriber_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.tcpros_io import read_header
+from rosproto.transport.tcp import read_header
 from tests.support import attacks
 from tests.support.odd_publisher import OddPublisher, good_header
 from tests.support.victim import eventually

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 import pytest
 
 from rosproto.errors import ConnectionLost, RosTimeout
-from rosproto.transport import connecting, tcp
-from rosproto.transport.connecting import connect
+from rosproto.transport import tcp
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import connect
 
 SOON = 20.0
 
@@ -59,9 +59,9 @@ def begun(monkeypatch: pytest.MonkeyPatch) -> Begun:
             addresses.append(address)  # type: ignore[arg-type]
             super().connect(addresses.instead.get(len(addresses) - 1, address))  # type: ignore[arg-type]
 
-    monkeypatch.setattr(connecting, "FIRST_ATTEMPT_SECONDS", 0.05)
-    monkeypatch.setattr(connecting, "NEXT_ATTEMPT_SECONDS", 0.02)
-    monkeypatch.setattr(connecting.socket, "socket", Noting)
+    monkeypatch.setattr(tcp, "FIRST_ATTEMPT_SECONDS", 0.05)
+    monkeypatch.setattr(tcp, "NEXT_ATTEMPT_SECONDS", 0.02)
+    monkeypatch.setattr(tcp.socket, "socket", Noting)
     return addresses
 
 
@@ -111,7 +111,7 @@ def test_one_that_is_back_is_found_by_the_next_attempt(
 def test_what_is_pending_is_bounded(
     silent: socket.socket, begun: Begun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    last, note = connecting.MAX_PENDING + 4, begun.append
+    last, note = tcp.MAX_PENDING + 4, begun.append
     open_then: list[int] = []
 
     def refused_in_the_end(address: tuple[str, int]) -> None:
@@ -134,7 +134,7 @@ def test_a_silent_peer_costs_the_deadline_and_is_named(silent: socket.socket) ->
 
 
 def test_a_refused_address_does_not_hold_up_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(connecting, "resolve", lambda *_: ["127.0.0.2", "127.0.0.1"])
+    monkeypatch.setattr(tcp, "resolve", lambda *_: ["127.0.0.2", "127.0.0.1"])
     with tcp.listen("127.0.0.1") as listener:
         connect("robot", listener.getsockname()[1], Deadline(SOON)).close()
 
@@ -143,7 +143,7 @@ def test_an_address_is_not_tried_again_once_it_refused(
     silent: socket.socket, begun: Begun, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """127.0.0.2 refuses, nothing listens there; 127.0.0.1 is silent."""
-    monkeypatch.setattr(connecting, "resolve", lambda *_: ["127.0.0.2", "127.0.0.1"])
+    monkeypatch.setattr(tcp, "resolve", lambda *_: ["127.0.0.2", "127.0.0.1"])
     port = silent.getsockname()[1]
     with pytest.raises(ConnectionLost, match=rf"127\.0\.0\.2:{port} \(robot\).*refused"):
         connect("robot", port, Deadline(0.3))
@@ -179,7 +179,7 @@ def test_no_route_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
         def connect(self, address: object) -> None:
             raise OSError(errno.ENETUNREACH, "Network is unreachable")
 
-    monkeypatch.setattr(connecting.socket, "socket", NoRoute)
+    monkeypatch.setattr(tcp.socket, "socket", NoRoute)
     with pytest.raises(ConnectionLost, match="no route there"):
         connect("10.255.0.1", 11311, Deadline(30.0))
 

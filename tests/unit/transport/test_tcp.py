@@ -15,11 +15,11 @@ from rosproto.errors import ConnectionLost, LocalProtocolError, RemoteProtocolEr
 from rosproto.protocol.connection_header import encode_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import tcp
-from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
-from rosproto.transport.tcpros_io import (
+from rosproto.transport.tcp import (
     ClosedBeforeHeader,
+    connect,
     peer_name,
     read_header,
     write_all,

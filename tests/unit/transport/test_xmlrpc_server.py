@@ -15,8 +15,8 @@ from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpClientConnection, Response
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import xmlrpc_server
-from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
+from rosproto.transport.tcp import connect
 from rosproto.transport.xmlrpc_server import Peer, XmlRpcServer
 from tests.support.waiting import until
 

@@ -28,7 +28,6 @@ LEFT_OUT = {
     "Feed.connect": "of use inside only",
     "Feed.close": "closing the Chassis does it",
     "Feed.in_callback": "callbacks of the face run in the loop",
-    "Feed.links": "of use inside only",
     "Feed.known_history": "`history` does not wait here",
     "Feed.opened": "of use inside only",
     "Feed.require_open": "of use inside only",

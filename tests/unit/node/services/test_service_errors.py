@@ -20,7 +20,7 @@ from rosproto.errors import (
 from rosproto.protocol.connection_header import encode_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import Deadline
-from rosproto.transport.tcpros_io import read_header
+from rosproto.transport.tcp import read_header
 from tests.support.proxy import FaultProxy
 from tests.support.small_node import MemoryMaster, SmallNode
 from tests.unit.node.services.provided import SetBool, Trigger, tell

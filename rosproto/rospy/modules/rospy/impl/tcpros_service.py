@@ -19,10 +19,9 @@ from rosproto.node.services.client import ServiceClient
 from rosproto.protocol.handshake import service_client_header
 from rosproto.rospy.host import Caller, refusal
 from rosproto.rospy.messages import Encoded, is_ours, node_service
-from rosproto.transport.connecting import connect
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.robot_host_names import HostNames
-from rosproto.transport.tcpros_io import write_header
+from rosproto.transport.tcp import connect, write_header
 
 from .. import core, names
 from ..exceptions import ROSException, ROSInterruptException
