@@ -20,7 +20,7 @@ from struct import Struct
 from typing import NamedTuple
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, TooLarge
-from rosproto.protocol.connection_header import decode_header, encode_header
+from rosproto.protocol.handshake import decode_header, encode_header
 
 UDPROS = "UDPROS"
 DATAGRAM_BYTES = 1472

@@ -21,7 +21,7 @@ import time
 from collections.abc import Mapping
 
 from rosproto.errors import ConnectionLost, TooLarge
-from rosproto.protocol.connection_header import decode_header, encode_header
+from rosproto.protocol.handshake import decode_header, encode_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.sentence import both, led, say
 from rosproto.transport.deadline import Deadline

@@ -23,8 +23,7 @@ import time
 from pathlib import Path
 
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.protocol.connection_header import encode_header
-from rosproto.protocol.handshake import subscriber_header
+from rosproto.protocol.handshake import encode_header, subscriber_header
 from rosproto.transport import XmlRpcClient
 from tests.benchmarks.transport import Bench, _answer, _last
 from tests.support.attacks import read_header

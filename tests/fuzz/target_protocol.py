@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError
 from rosproto.protocol import handshake, http, xmlrpc
-from rosproto.protocol.connection_header import decode_header, encode_header
 from rosproto.protocol.framing import FrameDecoder
+from rosproto.protocol.handshake import decode_header, encode_header
 from rosproto.protocol.wire_limits import Limits
 from tests.support.frames import feed
 

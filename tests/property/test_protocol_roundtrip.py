@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError
 from rosproto.protocol import http, xmlrpc
-from rosproto.protocol.connection_header import decode_header, encode_header
 from rosproto.protocol.framing import FrameDecoder, frame
+from rosproto.protocol.handshake import decode_header, encode_header
 from rosproto.protocol.wire_limits import Limits
 from tests.support.frames import feed
 

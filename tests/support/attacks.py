@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from rosproto.protocol.connection_header import decode_header, encode_header
+from rosproto.protocol.handshake import decode_header, encode_header
 from tests.support.load import crowd
 
 __all__ = [

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rosproto import BagWriter
 from rosproto.codec import define
-from rosproto.protocol.connection_header import encode_header
+from rosproto.protocol.handshake import encode_header
 from rosproto.time import Time
 from rosproto.transport import XmlRpcServer
 

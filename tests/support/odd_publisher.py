@@ -8,8 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.node import MasterClient
-from rosproto.protocol.connection_header import encode_header
-from rosproto.protocol.handshake import publisher_header
+from rosproto.protocol.handshake import encode_header, publisher_header
 from rosproto.protocol.xmlrpc import Fault
 from rosproto.transport import XmlRpcServer
 from tests.support import attacks

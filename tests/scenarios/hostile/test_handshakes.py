@@ -13,7 +13,7 @@ import pytest
 
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
-from rosproto.protocol.connection_header import encode_header
+from rosproto.protocol.handshake import encode_header
 from rosproto.protocol.wire_limits import Limits
 from tests.support import attacks
 from tests.support.victim import Victim, eventually

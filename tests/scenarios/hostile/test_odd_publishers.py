@@ -22,7 +22,7 @@ from rosproto.errors import (
 from rosproto.master import Master
 from rosproto.node import Node, Subscriber
 from rosproto.node.incoming import publisher_link_state
-from rosproto.protocol.connection_header import encode_header
+from rosproto.protocol.handshake import encode_header
 from rosproto.protocol.wire_limits import Limits
 from tests.support import attacks
 from tests.support.load import crowd

@@ -23,7 +23,7 @@ from rosproto.errors import (
 from rosproto.master import Master
 from rosproto.node import Node
 from rosproto.node.graph.slave_client import NodeClient
-from rosproto.protocol.connection_header import decode_header, encode_header
+from rosproto.protocol.handshake import decode_header, encode_header
 from rosproto.protocol.wire_limits import Limits
 from tests.support.proxy import FaultProxy
 from tests.support.victim import eventually

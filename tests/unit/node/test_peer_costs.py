@@ -23,8 +23,7 @@ from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming.delivery import RevisedDelivery
 from rosproto.node.outgoing.publication import Publication
-from rosproto.protocol.connection_header import encode_header
-from rosproto.protocol.handshake import subscriber_header
+from rosproto.protocol.handshake import encode_header, subscriber_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.tcp import read_header

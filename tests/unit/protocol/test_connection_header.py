@@ -7,7 +7,7 @@ import struct
 import pytest
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError
-from rosproto.protocol.connection_header import MAX_FIELDS, decode_header, encode_header
+from rosproto.protocol.handshake import MAX_FIELDS, decode_header, encode_header
 
 # rosgraph.network.encode_ros_handshake_header({"topic": "/t", "callerid": "/a", "type": "std_msgs/String"})
 # on Debian's 1.15.15, with the fields in its (sorted) order.

@@ -6,7 +6,7 @@ import pytest
 
 from rosproto.errors import LocalProtocolError, Md5sumMismatch, RemoteProtocolError
 from rosproto.protocol import handshake as hs
-from rosproto.protocol.connection_header import decode_header, encode_header
+from rosproto.protocol.handshake import decode_header, encode_header
 
 STRING = "992ce8a1687cec8c8bd883ec73ca41d1"
 TWIST = "9f195f881246fdfa2798d1d3eebca84a"

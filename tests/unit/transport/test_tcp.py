@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import pytest
 
 from rosproto.errors import ConnectionLost, LocalProtocolError, RemoteProtocolError, RosTimeout, TooLarge
-from rosproto.protocol.connection_header import encode_header
+from rosproto.protocol.handshake import encode_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import tcp
 from rosproto.transport.deadline import Deadline

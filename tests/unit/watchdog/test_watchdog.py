@@ -19,8 +19,7 @@ import pytest
 from rosproto.codec import encode, message_class
 from rosproto.master import Master
 from rosproto.node import Node, NodeClient
-from rosproto.protocol.connection_header import encode_header
-from rosproto.protocol.handshake import subscriber_header
+from rosproto.protocol.handshake import encode_header, subscriber_header
 from rosproto.watchdog import LastMessage, Watchdog, WatchedNode
 from rosproto.watchdog.protocol import ROUNDS, SILENCE_SECONDS, Prepare, watchdog_name
 from rosproto.watchdog.watchdog import MAX_LOOKS_WITHOUT_REPORT, Watch

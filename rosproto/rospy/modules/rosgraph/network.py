@@ -7,7 +7,7 @@ from functools import cache
 from urllib.parse import urlparse
 
 from rosproto.errors import ProtocolError, RosError
-from rosproto.protocol.connection_header import decode_header, encode_header
+from rosproto.protocol.handshake import decode_header, encode_header
 from rosproto.transport.network_interfaces import interface_addresses
 from rosproto.transport.own_address import local_address_towards
 from rosproto.transport.uri import is_loopback

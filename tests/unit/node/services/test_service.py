@@ -16,7 +16,7 @@ from rosproto.errors import (
     ServiceError,
 )
 from rosproto.node.services import probe as service_probe
-from rosproto.protocol.connection_header import encode_header
+from rosproto.protocol.handshake import encode_header
 from rosproto.transport import Deadline
 from tests.support.small_node import MemoryMaster, SmallNode
 from tests.unit.node.services.provided import SetBool, tell

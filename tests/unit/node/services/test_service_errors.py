@@ -17,7 +17,7 @@ from rosproto.errors import (
     RosTimeout,
     ServiceError,
 )
-from rosproto.protocol.connection_header import encode_header
+from rosproto.protocol.handshake import encode_header
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import Deadline
 from rosproto.transport.tcp import read_header
