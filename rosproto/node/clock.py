@@ -12,9 +12,9 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rosproto.codec import message_class
+from rosproto.codec import DynamicMessage, message_class
 from rosproto.coercion import as_float
 from rosproto.logs import get_logger
 from rosproto.time import Duration, Time
@@ -81,7 +81,7 @@ class NodeClock:
         """Call `callback()` when simulated time jumps back."""
         self._on_jump.append(callback)
 
-    def _on_clock(self, message: Any) -> None:
+    def _on_clock(self, message: DynamicMessage) -> None:
         stamp: int = message.clock.secs * NSEC + message.clock.nsecs
         with self._condition:
             back = stamp < self._now

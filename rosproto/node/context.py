@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rosproto.logs import PeerLog
 from rosproto.node.definitions.known_definitions import KnownDefinitions
@@ -23,6 +23,9 @@ from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.uri import is_loopback, parse_uri
+
+if TYPE_CHECKING:
+    from rosproto.node.incoming.subscription import Subscription
 
 MASTER_CALL_SECONDS = 10.0
 FAREWELL_SECONDS = 2.0  # for unregistering; the master monitor completes the rest later
@@ -71,7 +74,7 @@ class Context:
         self.peer_log = PeerLog("rosproto.node")
         self.events = Events(name, on_event)
         self.lifecycle = Lifecycle()
-        self.check_publishers: Callable[[Any], None] = lambda subscription: None
+        self.check_publishers: Callable[[Subscription], None] = lambda subscription: None
         self._link_ids = itertools.count(1)
         host_of_master, port = parse_uri(master_uri)
         self.hosts = HostNames(hosts, master=host_of_master)

@@ -16,7 +16,7 @@ from rosproto.node import options, shutdown
 from rosproto.node.context import Context
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.definitions.topic_type import ANY
-from rosproto.node.definitions.type_argument import TypeGiven, resolve_type
+from rosproto.node.definitions.type_argument import ServiceTypeGiven, TypeGiven, resolve_type
 from rosproto.node.events import Event
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.incoming.local_nodes import LocalNodes
@@ -317,12 +317,16 @@ class Node:
 
     # -- services and parameters ----------------------------------------------------------------------------
 
-    def service_client(self, service: str, type: Any, *, persistent: bool = False) -> ServiceClient:
+    def service_client(
+        self, service: str, type: ServiceTypeGiven, *, persistent: bool = False
+    ) -> ServiceClient:
         """A client of a service; connects on the first call. See `ServiceClient`."""
         self._check_open()
         return self._parts.services.client(self.resolve_name(service), type, persistent=persistent)
 
-    def service_server(self, service: str, type: Any, handler: Callable[[Any], Any]) -> ServiceServer:
+    def service_server(
+        self, service: str, type: ServiceTypeGiven, handler: Callable[[Any], object]
+    ) -> ServiceServer:
         """Provide a service: `handler(request)` returns the response. See `ServiceServer`.
 
         The handler may be called before this returns.

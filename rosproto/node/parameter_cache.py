@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 # Deeper keys are ignored, to bound the recursive comparison.
 MAX_PARTS = 128
 
 
-ABSENT: Any = object()
+ABSENT: object = object()
 """The parameter is not set."""
 
 
@@ -36,7 +36,7 @@ class ParameterChange(NamedTuple):
 
     subscribed: str
     key: str
-    value: Any
+    value: object
 
 
 def canonical_key(key: str) -> str:
@@ -48,18 +48,18 @@ def _parts(key: str) -> list[str]:
     return [part for part in key.split("/") if part]
 
 
-def same_value(a: Any, b: Any) -> bool:
+def same_value(a: object, b: object) -> bool:
     """Equality of type and value, as for the parameter server: True, 1 and 1.0 differ, NaN equals itself."""
     if type(a) is not type(b):
         return False
-    if isinstance(a, dict):
+    if isinstance(a, dict) and isinstance(b, dict):
         return a.keys() == b.keys() and all(same_value(a[key], b[key]) for key in a)
-    if isinstance(a, (list, tuple)):
+    if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
         return len(a) == len(b) and all(map(same_value, a, b))
     return bool(a == b or (a != a and b != b))
 
 
-def _below(value: Any, path: Iterable[str]) -> Any:
+def _below(value: object, path: Iterable[str]) -> object:
     """The part of `value` at `path`, or ABSENT."""
     for part in path:
         if not isinstance(value, dict) or part not in value:
@@ -68,7 +68,7 @@ def _below(value: Any, path: Iterable[str]) -> Any:
     return value
 
 
-def _replaced(tree: Any, path: list[str], value: Any) -> Any:
+def _replaced(tree: object, path: list[str], value: object) -> object:
     """A copy of `tree` with `value` at `path` (removed when ABSENT)."""
     if not path:
         return value
@@ -81,7 +81,7 @@ def _replaced(tree: Any, path: list[str], value: Any) -> Any:
     return branch or ABSENT
 
 
-def _or_absent(value: Any) -> Any:
+def _or_absent(value: object) -> object:
     return ABSENT if isinstance(value, dict) and not value else value
 
 
@@ -90,8 +90,8 @@ class ParameterCache:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._values: dict[str, Any] = {}
-        self._early: dict[str, list[tuple[str, Any]]] = {}  # updates that came before the answer
+        self._values: dict[str, object] = {}
+        self._early: dict[str, list[tuple[str, object]]] = {}  # updates that came before the answer
 
     def keys(self) -> list[str]:
         """The subscribed keys."""
@@ -104,7 +104,7 @@ class ParameterCache:
             self._values.setdefault(key, ABSENT)
             self._early[key] = []
 
-    def start(self, key: str, value: Any) -> list[ParameterChange]:
+    def start(self, key: str, value: object) -> list[ParameterChange]:
         """Take the answer of subscribeParam, and apply the updates that came before it.
 
         Returns:
@@ -125,7 +125,7 @@ class ParameterCache:
             self._values.pop(key, None)
             self._early.pop(key, None)
 
-    def get(self, key: str) -> Any:
+    def get(self, key: str) -> object:
         """Value of a subscribed key, or of one below a subscribed key; ABSENT when it is not set.
 
         Raises:
@@ -139,7 +139,7 @@ class ParameterCache:
                     return _below(self._values[subscribed], parts[depth:])
         raise KeyError(key)
 
-    def apply(self, key: str, value: Any) -> list[ParameterChange]:
+    def apply(self, key: str, value: object) -> list[ParameterChange]:
         """Take an update from the master, or a value that this node has set.
 
         Args:
@@ -167,7 +167,7 @@ class ParameterCache:
         return changes
 
     @staticmethod
-    def _change(subscribed: str, known: Any, key: str, value: Any) -> ParameterChange | None:
+    def _change(subscribed: str, known: object, key: str, value: object) -> ParameterChange | None:
         mine, theirs = _parts(subscribed), _parts(key)
         if theirs[: len(mine)] == mine:
             new, old, changed = value, _below(known, theirs[len(mine) :]), key
@@ -178,7 +178,7 @@ class ParameterCache:
         return None if same_value(old, new) else ParameterChange(subscribed, changed, new)
 
     @staticmethod
-    def _laid_over(subscribed: str, known: Any, key: str, value: Any) -> Any:
+    def _laid_over(subscribed: str, known: object, key: str, value: object) -> object:
         mine, theirs = _parts(subscribed), _parts(key)
         if theirs[: len(mine)] == mine:
             return _replaced(known, theirs[len(mine) :], value)

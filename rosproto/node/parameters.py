@@ -148,17 +148,17 @@ class Parameters:
     def get(self, key: str) -> Any | None: ...
     @overload
     def get(self, key: str, default: T) -> Any | T: ...
-    def get(self, key: str, default: Any = None) -> Any:
+    def get(self, key: str, default: object = None) -> Any:
         """Value of a parameter, or `default` when it is not set."""
         try:
             return self[key]
         except UnknownParameter:
             return default
 
-    def __setitem__(self, key: str, value: Any) -> None:
+    def __setitem__(self, key: str, value: object) -> None:
         self.set(key, value)
 
-    def set(self, key: str, value: Any) -> None:
+    def set(self, key: str, value: object) -> None:
         """Set a parameter; a dict replaces the whole namespace.
 
         Raises:
@@ -276,7 +276,7 @@ class Parameters:
         self._cache.forget(subscription.key)
         self._registrations.remove(registration)
 
-    def cached(self, key: str, default: Any = None) -> Any:
+    def cached(self, key: str, default: object = None) -> Any:
         """Value of a parameter without asking the master twice: the first call subscribes it."""
         resolved = self._resolve(key)
         try:
@@ -291,7 +291,7 @@ class Parameters:
             return "/"
         return canonical_key(self._resolve_name(key))
 
-    def on_update(self, key: str, value: Any, trusted: bool = True) -> bool:
+    def on_update(self, key: str, value: object, trusted: bool = True) -> bool:
         """The slave API's paramUpdate: True when the key is subscribed.
 
         An update that did not come from the master's address is only a hint to ask the master.
@@ -342,7 +342,7 @@ class Parameters:
                 logger.exception("callback of parameter %s", change.subscribed)
 
 
-def plain_value(value: Any, key: str) -> Any:
+def plain_value(value: object, key: str) -> object:
     """`value` as XML-RPC can carry it: numpy scalars and arrays, tuples and mappings made plain.
 
     Raises:
@@ -363,7 +363,7 @@ def plain_value(value: Any, key: str) -> Any:
     raise ValueError(f"parameter {key}: a {type(value).__name__} cannot be a parameter")
 
 
-def _plain_key(name: Any, key: str) -> str:
+def _plain_key(name: object, key: str) -> str:
     if not isinstance(name, str) or not name or "/" in name:
         raise ValueError(
             f"parameter {key}: {name!r} is not a key; keys are strings without '/', nest dicts instead"

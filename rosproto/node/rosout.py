@@ -18,9 +18,8 @@ import itertools
 import logging
 import threading
 from collections.abc import Callable
-from typing import Any
 
-from rosproto.codec import message_class, service_class
+from rosproto.codec import DynamicMessage, ServiceType, message_class, service_class
 from rosproto.errors import ServiceError
 from rosproto.node.clock import NodeClock
 from rosproto.node.outgoing.publisher import Publisher
@@ -83,14 +82,16 @@ class LoggerServices:
         provide: `Node.service_server`.
     """
 
-    def __init__(self, provide: Callable[[str, Any, Callable[[Any], Any]], ServiceServer]) -> None:
-        self._entry: Any = message_class("roscpp/Logger")
+    def __init__(
+        self, provide: Callable[[str, type[ServiceType], Callable[[DynamicMessage], object]], ServiceServer]
+    ) -> None:
+        self._entry = message_class("roscpp/Logger")
         self._servers = [
             provide("~get_loggers", service_class("roscpp/GetLoggers"), self._get),
             provide("~set_logger_level", service_class("roscpp/SetLoggerLevel"), self._set),
         ]
 
-    def _get(self, request: Any) -> dict[str, Any]:
+    def _get(self, request: object) -> dict[str, object]:
         return {
             "loggers": [
                 self._entry(name=name, level=ros_level(_logger(name).getEffectiveLevel())[0])
@@ -99,7 +100,7 @@ class LoggerServices:
         }
 
     @staticmethod
-    def _set(request: Any) -> None:
+    def _set(request: DynamicMessage) -> None:
         try:
             set_level(request.logger, request.level)
         except ValueError as error:
@@ -176,8 +177,8 @@ class Rosout:
         finally:
             self._busy.now = False
 
-    def _message(self, record: logging.LogRecord, text: str) -> Any:
-        message: Any = self._log_class()
+    def _message(self, record: logging.LogRecord, text: str) -> DynamicMessage:
+        message = self._log_class()
         message.header.stamp = self._clock.now()
         _, message.level = ros_level(record.levelno)
         message.name = self._name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 
 class ConnectedLink(NamedTuple):
@@ -74,7 +74,7 @@ class NodeStats:
     master_uri: str
     master_lost: bool
     links: tuple[LinkStats, ...] = ()
-    services: Mapping[str, Any] = field(default_factory=dict)
+    services: Mapping[str, Mapping[str, Mapping[str, int]]] = field(default_factory=dict)
 
     @property
     def dropped(self) -> int:

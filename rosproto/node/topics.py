@@ -295,7 +295,7 @@ class TopicTable:
         if subscription is not None:
             self._context.check_publishers(subscription)
 
-    def bus_info(self) -> list[list[Any]]:
+    def bus_info(self) -> list[list[object]]:
         """[connectionId, destinationId, direction, transport, topic, connected, text] for each link."""
         return [
             *(
@@ -310,9 +310,9 @@ class TopicTable:
             ),
         ]
 
-    def bus_stats(self) -> list[list[Any]]:
+    def bus_stats(self) -> list[list[object]]:
         """[publishStats, subscribeStats, serviceStats], as in the wiki (rospy adds a column)."""
-        publish = [
+        publish: list[object] = [
             [
                 name,
                 _int32(publication.bytes_sent),
@@ -324,7 +324,7 @@ class TopicTable:
             ]
             for name, publication in list(self._publications.items())
         ]
-        subscribe = [
+        subscribe: list[object] = [
             [
                 name,
                 [
@@ -344,7 +344,7 @@ def _close_publishers(publication: Publication) -> None:
         publisher.close()
 
 
-def _bus_row(id: int, destination: str, stats: LinkStats) -> list[Any]:
+def _bus_row(id: int, destination: str, stats: LinkStats) -> list[object]:
     direction = "o" if stats.direction == "out" else "i"
     text = f"{stats.transport} connection to [{stats.address}], {stats.state}"
     return [id, destination, direction, stats.transport, stats.topic, stats.connected, text]

@@ -9,10 +9,11 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import TypeVar
 
 from rosproto.bounded_cache import BoundedCache
-from rosproto.codec import Message, define, message_class, service_class
+from rosproto.codec import Message, ServiceType, define, message_class, service_class
+from rosproto.codec.binding import Binding
 from rosproto.errors import CodecError, DefinitionError, RosError
 from rosproto.logs import get_logger
 from rosproto.msg import DefinitionLibrary, bundled
@@ -53,7 +54,11 @@ class KnownDefinitions:
         self._lock = threading.Lock()
         self._asked: dict[tuple[str, str], float] = {}  # (topic, md5sum) -> when its publishers were asked
         # Keyed by md5sums from peers. `define` has its own cache; `learn` shares a definition with all peers.
-        self._found: BoundedCache[tuple[type, str], _SearchResult] = BoundedCache(MAX_FOUND)
+        # A tuple, so that a definition which was not found is remembered as (None,).
+        self._found: BoundedCache[tuple[type, str], tuple[type[Message] | None]] = BoundedCache(MAX_FOUND)
+        self._found_services: BoundedCache[tuple[type, str], tuple[type[ServiceType] | None]] = BoundedCache(
+            MAX_FOUND
+        )
         self._learned: BoundedCache[tuple[type, str], type[Message]] = BoundedCache(
             MAX_LEARNED, MAX_LEARNED_CHARACTERS
         )
@@ -85,10 +90,11 @@ class KnownDefinitions:
             md5sum: The peer's md5sum.
             definition: Full text sent by the peer; ignored unless it has this md5sum.
         """
-        if not is_md5sum(md5sum) or getattr(ours, "_binding", None) is None:
+        binding: Binding | None = getattr(ours, "_binding", None)
+        if not is_md5sum(md5sum) or binding is None:
             return None  # a class that genpy generated: only the text of its definition is known
-        found: type[Message] | None = self._remembered(ours, md5sum, lambda: self._find(ours, md5sum))
-        return found or self._learned.get((ours, md5sum)) or self._defined(ours, md5sum, definition)
+        found = _remembered(self._found, ours, md5sum, lambda: self._find(binding, md5sum))
+        return found or self._learned.get((ours, md5sum)) or self._defined(binding, md5sum, definition)
 
     def learn(self, ours: type[Message], md5sum: str, definition: str) -> type[Message] | None:
         """As `message`; a valid definition is kept for peers that do not send it themselves."""
@@ -148,38 +154,30 @@ class KnownDefinitions:
             self._asked[topic, md5sum] = now
             return True
 
-    def service(self, ours: Any, md5sum: str) -> Any:
+    def service(self, ours: type[ServiceType], md5sum: str) -> type[ServiceType] | None:
         """The class of that service with this md5sum; None if unknown. Service headers carry no text."""
         if not is_md5sum(md5sum):
             return None
-        return self._remembered(ours, md5sum, lambda: self._find_service(ours, md5sum))
+        return _remembered(self._found_services, ours, md5sum, lambda: self._find_service(ours, md5sum))
 
-    def _remembered(self, ours: Any, md5sum: str, find: Callable[[], Any]) -> Any:
-        found = self._found.get((ours, md5sum))
-        if found is None:
-            found = _SearchResult(find())
-            self._found.put((ours, md5sum), found)
-        return found.cls
-
-    def _find(self, ours: Any, md5sum: str) -> type[Message] | None:
-        binding = ours._binding
-        for library in self._libraries(ours._type, md5sum, "msg", binding.library):
-            return message_class(ours._type, library, value_style=binding.value_style)
+    def _find(self, ours: Binding, md5sum: str) -> type[Message] | None:
+        for library in self._libraries(ours.spec.name, md5sum, "msg", ours.library):
+            return message_class(ours.spec.name, library, value_style=ours.value_style)
         return None
 
     @staticmethod
-    def _defined(ours: Any, md5sum: str, definition: str) -> type[Message] | None:
+    def _defined(ours: Binding, md5sum: str, definition: str) -> type[Message] | None:
         if not definition:
             return None
         try:
-            learned = define(ours._type, definition, value_style=ours._binding.value_style)
+            learned = define(ours.spec.name, definition, value_style=ours.value_style)
         except (DefinitionError, CodecError, ValueError) as error:
-            _log.debug("! %s: the definition a peer sent cannot be used: %s", ours._type, error)
+            _log.debug("! %s: the definition a peer sent cannot be used: %s", ours.spec.name, error)
             return None
         return learned if learned._md5sum == md5sum else None
 
-    def _find_service(self, ours: Any, md5sum: str) -> Any:
-        binding = getattr(ours._request_class, "_binding", None)
+    def _find_service(self, ours: type[ServiceType], md5sum: str) -> type[ServiceType] | None:
+        binding: Binding | None = getattr(ours._request_class, "_binding", None)
         if binding is None:
             return None
         for library in self._libraries(ours._type, md5sum, "srv", binding.library):
@@ -203,10 +201,17 @@ class KnownDefinitions:
                 _log.debug("! %s: %s", name, error)
 
 
-class _SearchResult(NamedTuple):
-    """Cached search result, also for a definition that was not found."""
+C = TypeVar("C")
 
-    cls: Any
+
+def _remembered(
+    cache: BoundedCache[tuple[type, str], tuple[C]], ours: type, md5sum: str, find: Callable[[], C]
+) -> C:
+    found = cache.get((ours, md5sum))
+    if found is None:
+        found = (find(),)
+        cache.put((ours, md5sum), found)
+    return found[0]
 
 
 class OwnDefinitionsOnly(KnownDefinitions):
@@ -219,7 +224,7 @@ class OwnDefinitionsOnly(KnownDefinitions):
         """Always None."""
         return None
 
-    def service(self, ours: Any, md5sum: str) -> Any:
+    def service(self, ours: type[ServiceType], md5sum: str) -> type[ServiceType] | None:
         """Always None."""
         return None
 

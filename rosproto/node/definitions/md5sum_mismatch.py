@@ -8,24 +8,25 @@ error. This module is not used while the md5sums agree.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
-from rosproto.codec import Message, define
+from rosproto.codec import Message, ServiceType, define
 from rosproto.codec.conversion import Conversion, ConversionError, side_by_side
 from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.logs import PeerLog
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.definitions.topic_type import TopicType
+from rosproto.protocol.framing import Buffer, Decode
 
 
-class UnconvertibleMessage:
+class UnconvertibleMessage(Message):
     """Replaces a message whose values do not fit our definition."""
 
-    __slots__ = ("_connection_header", "error")
+    __slots__ = ("error",)
 
     def __init__(self, error: CodecError) -> None:
         self.error = error
+
+    def _fill(self) -> None:
+        self._connection_header = None
 
 
 class RevisedType(TopicType):
@@ -45,14 +46,15 @@ class RevisedType(TopicType):
         self.conversion = Conversion(theirs, ours.message_class)
 
     @property
-    def decode(self) -> Callable[..., Any]:
+    def decode(self) -> Decode[Message]:
         """(buffer, start, end) -> message of our class, or `UnconvertibleMessage`."""
         decode, convert = self.theirs.decode, self.conversion.convert
 
-        def decode_and_convert(buffer: Any, start: int, end: int) -> Any:
+        def decode_and_convert(buffer: Buffer, start: int, end: int) -> Message:
             message = decode(buffer, start, end)  # an error here means that the stream is out of step
             try:
-                return convert(message)
+                converted: Message = convert(message)
+                return converted
             except CodecError as error:
                 return UnconvertibleMessage(error)
 
@@ -71,9 +73,8 @@ class ServiceRevision:
         request_class, response_class: The peer's.
     """
 
-    def __init__(self, ours: Any, theirs: Any) -> None:
-
-        self.md5sum: str = theirs._md5sum
+    def __init__(self, ours: type[ServiceType], theirs: type[ServiceType]) -> None:
+        self.md5sum = theirs._md5sum
         self.request_class = theirs._request_class
         self.response_class = theirs._response_class
         self.request_to_theirs = Conversion(ours._request_class, theirs._request_class)
@@ -99,10 +100,12 @@ def note_differences(said: PeerLog, what: str, peer: str, conversion: Conversion
     )
 
 
-def explained(mismatch: Md5sumMismatch, ours: Any, definition: str = "", why: str = "") -> Md5sumMismatch:
+def explained(
+    mismatch: Md5sumMismatch, ours: type[Message | ServiceType], definition: str = "", why: str = ""
+) -> Md5sumMismatch:
     """The mismatch, with both definitions if the peer's is known."""
     table = why
-    if definition and not table:
+    if definition and not table and issubclass(ours, Message):
         try:
             theirs = define(mismatch.remote_type or ours._type, definition)
             table = side_by_side(ours._spec, theirs._spec)
@@ -140,7 +143,7 @@ def revised_type(
 
 
 def revised_service(
-    definitions: KnownDefinitions, ours: Any, md5sum: str, mismatch: Md5sumMismatch
+    definitions: KnownDefinitions, ours: type[ServiceType], md5sum: str, mismatch: Md5sumMismatch
 ) -> ServiceRevision:
     """The peer's revision of a service.
 

@@ -6,9 +6,9 @@ The wildcard "*" stands for any type, as rostopic and rosbag send it (wiki.ros.o
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from rosproto.codec import AnyMsg, Message, decoder, encoder
+from rosproto.protocol.framing import Decode
 
 ANY = "*"
 
@@ -28,8 +28,8 @@ class TopicType:
         self.message_class = message_class
         self.name: str = message_class._type
         self.md5sum: str = message_class._md5sum
-        self._decode: Callable[..., Any] | None = None
-        self._encode: Callable[[Any], bytes] | None = None
+        self._decode: Decode[Message] | None = None
+        self._encode: Callable[[Message], bytes] | None = None
 
     @property
     def is_wildcard(self) -> bool:
@@ -43,14 +43,14 @@ class TopicType:
         return text
 
     @property
-    def decode(self) -> Callable[..., Any]:
+    def decode(self) -> Decode[Message]:
         """The decoder (buffer, start, end) -> message; generated on first use."""
         if self._decode is None:
             self._decode = decoder(self.message_class)
         return self._decode
 
     @property
-    def encode(self) -> Callable[[Any], bytes]:
+    def encode(self) -> Callable[[Message], bytes]:
         """The generated encoder message -> bytes."""
         if self._encode is None:
             self._encode = encoder(self.message_class)

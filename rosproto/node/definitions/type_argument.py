@@ -8,9 +8,7 @@ Source: wiki.ros.org/ROS/Connection Header (`message_definition`).
 
 from __future__ import annotations
 
-from typing import Any
-
-from rosproto.codec import Message, define, message_class, service_class
+from rosproto.codec import Message, ServiceType, define, message_class, service_class
 from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, RemoteProtocolError
 from rosproto.msg import bundled
 from rosproto.node.definitions.known_definitions import KnownDefinitions
@@ -23,7 +21,7 @@ ServiceTypeGiven = type | str | None
 """A service class, "package/Type", or None: ask the provider for its type."""
 
 
-def resolve_type(given: Any, definitions: KnownDefinitions | None = None) -> TopicType:
+def resolve_type(given: object, definitions: KnownDefinitions | None = None) -> TopicType:
     """Resolve a `type` argument; a name is looked up by `KnownDefinitions.library_for`.
 
     Raises:
@@ -42,7 +40,9 @@ def resolve_type(given: Any, definitions: KnownDefinitions | None = None) -> Top
     )
 
 
-def resolve_service_type(type_: Any, service: str, definitions: KnownDefinitions | None = None) -> Any:
+def resolve_service_type(
+    type_: ServiceTypeGiven, service: str, definitions: KnownDefinitions | None = None
+) -> type[ServiceType]:
     """The service class; a name is looked up as by `resolve_type`.
 
     Raises:
@@ -51,7 +51,7 @@ def resolve_service_type(type_: Any, service: str, definitions: KnownDefinitions
     """
     if isinstance(type_, str):
         return service_class(type_, definitions.library_for(type_, "srv") if definitions else None)
-    if hasattr(type_, "_request_class") and hasattr(type_, "_md5sum"):
+    if type_ is not None and hasattr(type_, "_request_class") and hasattr(type_, "_md5sum"):
         return type_
     raise LocalProtocolError(
         f'service {service}: {type_!r} is not a service type; give a class or "std_srvs/SetBool"'

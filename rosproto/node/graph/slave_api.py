@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.errors import MasterError, RosError
 from rosproto.logs import PeerLog, get_logger
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _log = get_logger("rosproto.node")
 
-Reply = list[Any]
+Reply = list[object]
 
 
 class _BadArgument(Exception):
@@ -65,8 +65,8 @@ class SlaveApi:
         self._shut_down = shut_down
         self._allow_shutdown = allow_shutdown
         self._said = PeerLog("rosproto.node")
-        self.on_parameter_update: Callable[[str, Any, bool], bool] = lambda key, value, trusted: False
-        self.methods: dict[str, tuple[Callable[..., Reply], int, Any]] = {
+        self.on_parameter_update: Callable[[str, object, bool], bool] = lambda key, value, trusted: False
+        self.methods: dict[str, tuple[Callable[..., Reply], int, object]] = {
             "getBusStats": (lambda *_: [1, "bus stats", topics.bus_stats()], 1, []),
             "getBusInfo": (lambda *_: [1, "bus info", topics.bus_info()], 1, []),
             "getMasterUri": (lambda *_: [1, master.uri, master.uri], 1, ""),
@@ -81,7 +81,7 @@ class SlaveApi:
             "shutdown": (self._shutdown, 2, 0),
         }
 
-    def dispatch(self, method: str, params: list[Any], peer: str) -> object:
+    def dispatch(self, method: str, params: list[object], peer: str) -> object:
         """Answer one call.
 
         Args:
@@ -109,11 +109,12 @@ class SlaveApi:
 
     # -- questions ------------------------------------------------------------------------------------------
 
-    def _request_topic(self, peer: str, caller_id: str, topic: Any, protocols: Any) -> Reply:
+    def _request_topic(self, peer: str, caller_id: str, topic: object, protocols: object) -> Reply:
         """Choose the first protocol of the list that we support; unknown ones are skipped."""
         if not isinstance(protocols, list) or not protocols:
             raise _BadArgument("parameter [protocols] must be a list that is not empty")
-        if not self._topics.is_published(_topic(topic)):
+        topic = _topic(topic)
+        if not self._topics.is_published(topic):
             return [-1, f"Not a publisher of [{topic}]", []]
         refusal = "no supported protocol implementations"
         for protocol in protocols:
@@ -132,7 +133,7 @@ class SlaveApi:
 
     # -- news -----------------------------------------------------------------------------------------------
 
-    def _publisher_update(self, peer: str, caller_id: str, topic: Any, publishers: Any) -> Reply:
+    def _publisher_update(self, peer: str, caller_id: str, topic: object, publishers: object) -> Reply:
         """Return 1 also for a topic that we no longer subscribe: it may be late (wire.md, fact 27)."""
         topic = _topic(topic)
         uris = _uris(publishers)
@@ -144,14 +145,14 @@ class SlaveApi:
             self._topics.verify_publishers(topic)
         return [1, "", 0]
 
-    def _param_update(self, peer: str, caller_id: str, key: Any, value: Any) -> Reply:
+    def _param_update(self, peer: str, caller_id: str, key: object, value: object) -> Reply:
         if not isinstance(key, str) or not key.startswith("/"):
             raise _BadArgument("parameter [parameter_key] must be a global name")
         if self.on_parameter_update(key, value, self._is_master_address(peer)):
             return [1, "", 0]
         return [-1, f"not subscribed to [{key}]", 0]
 
-    def _shutdown(self, peer: str, caller_id: str, reason: Any) -> Reply:
+    def _shutdown(self, peer: str, caller_id: str, reason: object) -> Reply:
         reason = str(reason)[:1000]
         refusal = self._why_not(caller_id)
         if refusal:
@@ -176,13 +177,13 @@ class SlaveApi:
         return ""
 
 
-def _topic(value: Any) -> str:
+def _topic(value: object) -> str:
     if not isinstance(value, str) or not value.startswith("/") or len(value) > 4096:
         raise _BadArgument(f"parameter [topic] must be a global topic name, not {str(value)[:100]!r}")
     return value
 
 
-def _uris(value: Any) -> list[str]:
+def _uris(value: object) -> list[str]:
     if not isinstance(value, list) or not all(isinstance(uri, str) for uri in value):
         raise _BadArgument("parameter [publishers] must be a list of strings")
     for uri in value:

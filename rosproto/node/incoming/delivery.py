@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
 
-from rosproto.codec import AnyMsg, encode
+from rosproto.codec import AnyMsg, Message, encode
 from rosproto.errors import CodecError
 from rosproto.node.definitions.md5sum_mismatch import UnconvertibleMessage
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.incoming.subscriber_queue import SubscriberQueue
+from rosproto.protocol.framing import Buffer, Decode
 
 
 class Delivery:
@@ -32,7 +32,7 @@ class Delivery:
         self._raw_queues = tuple(queue for queue in queues if queue.raw)
         self._decode_later = type_.decode if self._queues and not type_.is_wildcard else raw_message
         if self._raw_queues:
-            self.decode: Callable[[Any, int, int], Any] = raw_message
+            self.decode: Decode[Message] = raw_message
             self.owns = True
         else:
             self.decode = self._decode_later
@@ -40,11 +40,11 @@ class Delivery:
         sizes = [queue.keeps for queue in queues]
         # What no subscriber would keep is not even delivered.
         self.newest = None if None in sizes else max((s for s in sizes if s is not None), default=1)
-        self.offer_one: Callable[[Any], None] | None = (
+        self.offer_one: Callable[[Message], None] | None = (
             self._queues[0].offer_one if len(queues) == 1 and self._queues else None
         )
 
-    def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
+    def deliver(self, batch: Sequence[Message], header: dict[str, str]) -> None:
         """Deliver messages to every subscriber; runs in the link's thread."""
         stamp = time.time()
         for message in batch:
@@ -60,27 +60,25 @@ class Delivery:
         for queue in self._queues:
             queue.offer(batch, stamp)
 
-    def deliver_to_newcomers(self, before: Delivery, batch: Sequence[Any], header: dict[str, str]) -> None:
+    def deliver_to_newcomers(
+        self, before: Delivery, batch: Sequence[Message], header: dict[str, str]
+    ) -> None:
         """Deliver messages, received for the delivery `before`, to the subscribers added since."""
         stamp = time.time()
         batch = [message for message in batch if type(message) is not UnconvertibleMessage]
         for message in batch:
             message._connection_header = header
         for queue in self._queues:
-            if queue not in before._queues:
-                decoded = [self._decoded(m, header) if isinstance(m, AnyMsg) else m for m in batch]
-                queue.offer(self._fitting(decoded), stamp)
+            if queue not in before._queues and (decoded := self._decode_all(batch, header)):
+                queue.offer(decoded, stamp)
         for queue in self._raw_queues:
-            if queue not in before._raw_queues:
+            if queue not in before._raw_queues and batch:
                 queue.offer([encoded(message, header) for message in batch], stamp)
 
-    def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
-        return batch  # without a conversion every message fits; see `RevisedDelivery`
+    def _decode_all(self, batch: Sequence[Message], header: dict[str, str]) -> Sequence[Message]:
+        return [self._decoded(m, header) if isinstance(m, AnyMsg) else m for m in batch]
 
-    def _decode_all(self, batch: Sequence[Any], header: dict[str, str]) -> Sequence[Any]:
-        return [self._decoded(message, header) for message in batch]
-
-    def _decoded(self, raw: AnyMsg, header: dict[str, str]) -> Any:
+    def _decoded(self, raw: AnyMsg, header: dict[str, str]) -> Message:
         message = self._decode_later(raw._buff, 0, len(raw._buff))
         message._connection_header = header
         return message
@@ -104,15 +102,15 @@ class RevisedDelivery(Delivery):
         self._on_unfit = on_unfit
         self.offer_one = None
 
-    def deliver(self, batch: Sequence[Any], header: dict[str, str]) -> None:
+    def deliver(self, batch: Sequence[Message], header: dict[str, str]) -> None:
         batch = self._fitting(batch)
         if batch:
             super().deliver(batch, header)
 
-    def _decode_all(self, batch: Sequence[Any], header: dict[str, str]) -> Sequence[Any]:
+    def _decode_all(self, batch: Sequence[Message], header: dict[str, str]) -> Sequence[Message]:
         return self._fitting(super()._decode_all(batch, header))
 
-    def _fitting(self, batch: Sequence[Any]) -> Sequence[Any]:
+    def _fitting(self, batch: Sequence[Message]) -> Sequence[Message]:
         unfit = [item.error for item in batch if type(item) is UnconvertibleMessage]
         if not unfit:
             return batch
@@ -120,7 +118,7 @@ class RevisedDelivery(Delivery):
         return [item for item in batch if type(item) is not UnconvertibleMessage]
 
 
-def encoded(message: Any, header: dict[str, str]) -> AnyMsg:
+def encoded(message: Message, header: dict[str, str] | None) -> AnyMsg:
     """The `AnyMsg` of a received message, for raw subscribers."""
     if isinstance(message, AnyMsg):
         return message
@@ -130,7 +128,7 @@ def encoded(message: Any, header: dict[str, str]) -> AnyMsg:
     return raw
 
 
-def raw_message(buffer: Any, start: int, end: int) -> AnyMsg:
+def raw_message(buffer: Buffer, start: int, end: int) -> AnyMsg:
     """An `AnyMsg` with the bytes of one message."""
     message = AnyMsg()
     message._buff = (

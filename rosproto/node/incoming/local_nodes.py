@@ -7,7 +7,7 @@ The master still decides which nodes connect. By default all nodes share one tab
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient
@@ -15,9 +15,10 @@ from rosproto.transport.uri import parse_uri
 
 if TYPE_CHECKING:
     from rosproto.master import Master
+    from rosproto.node.outgoing.publication import Publication
 
-FindPublication = Callable[[str], Any]
-"""Returns the `Publication` of a resolved topic, or None."""
+FindPublication = Callable[[str], "Publication | None"]
+"""Returns the `Publication` of a resolved topic."""
 
 
 class LocalNodes:

@@ -24,8 +24,8 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from time import perf_counter, time
-from typing import Any
 
+from rosproto.codec import Message
 from rosproto.logs import get_logger
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.events import is_interrupt
@@ -51,10 +51,10 @@ class Inbox:
         self.size = size
         self.received = 0
         self.dropped = 0
-        self.latest: Any = None
+        self.latest: Message | None = None
         self.lock = threading.Lock()
         self.condition = threading.Condition(self.lock)
-        self._queue: deque[tuple[Any, float]] = deque()
+        self._queue: deque[tuple[Message, float]] = deque()
         self._waiters = 0
         self.closed = False
 
@@ -64,12 +64,12 @@ class Inbox:
         self.condition = threading.Condition(self.lock)
         self.close()
 
-    def put(self, batch: Sequence[Any], stamp: float) -> None:
+    def put(self, batch: Sequence[Message], stamp: float) -> None:
         """Add messages, the newest last."""
         with self.lock:
             self.put_locked(batch, stamp)
 
-    def put_locked(self, batch: Sequence[Any], stamp: float, *, older: bool = False) -> None:
+    def put_locked(self, batch: Sequence[Message], stamp: float, *, older: bool = False) -> None:
         """As `put`, for a caller that holds `lock`; with `older` they go before the waiting messages."""
         if self.closed:
             return
@@ -89,12 +89,12 @@ class Inbox:
         if self._waiters:
             self.condition.notify_all()
 
-    def count(self, batch: Sequence[Any]) -> None:
+    def count(self, batch: Sequence[Message]) -> None:
         """Count messages that go to a callback directly; for a caller that holds `lock`."""
         self.received += len(batch)
         self.latest = batch[-1]
 
-    def get(self, timeout: float | None) -> tuple[Any, float] | None:
+    def get(self, timeout: float | None) -> tuple[Message, float] | None:
         """Take the oldest message; None after the time-out, or if the inbox is closed and empty."""
         with self.condition:
             if not self._queue and not self.closed:
@@ -105,7 +105,7 @@ class Inbox:
                     self._waiters -= 1
             return self._queue.popleft() if self._queue else None
 
-    def get_some(self, timeout: float | None, limit: int) -> list[Any]:
+    def get_some(self, timeout: float | None, limit: int) -> list[Message]:
         """As `get`, for up to `limit` messages, without their times of receipt."""
         first = self.get(timeout)
         if first is None or limit == 1:
@@ -138,7 +138,7 @@ IDLE_WAIT = 5.0
 class _Caller:
     """What both ways to call a callback need."""
 
-    def __init__(self, callback: Callable[[Any], object], inbox: Inbox, topic: str) -> None:
+    def __init__(self, callback: Callable[[Message], object], inbox: Inbox, topic: str) -> None:
         self._callback = callback
         self._inbox = inbox
         self._topic = topic
@@ -150,7 +150,7 @@ class _Caller:
 class CallbackRunner(_Caller):
     """Calls one callback, in the receiving thread or, while it is slow, behind an inbox."""
 
-    def __init__(self, callback: Callable[[Any], object], inbox: Inbox, topic: str) -> None:
+    def __init__(self, callback: Callable[[Message], object], inbox: Inbox, topic: str) -> None:
         super().__init__(callback, inbox, topic)
         self._running = False
         self._suspect = False  # the last call took long
@@ -162,7 +162,7 @@ class CallbackRunner(_Caller):
         """True while the callback gets all messages of each read."""
         return self._thread is None
 
-    def offer(self, batch: Sequence[Any], stamp: float) -> None:
+    def offer(self, batch: Sequence[Message], stamp: float) -> None:
         """Call the callback with each message, now or soon; called by link threads."""
         inbox = self._inbox
         with inbox.lock:
@@ -181,13 +181,13 @@ class CallbackRunner(_Caller):
         else:
             self._too_slow(batch[done:] if done >= 0 else (), stamp)
 
-    def begin(self, batch: Sequence[Any], stamp: float) -> None:
+    def begin(self, batch: Sequence[Message], stamp: float) -> None:
         """Call the callback with these messages, in a separate thread."""
         with self._inbox.lock:
             self._inbox.put_locked(batch, stamp)
             self._start_thread()
 
-    def offer_one(self, message: Any) -> None:
+    def offer_one(self, message: Message) -> None:
         """As `offer`, for a single message; kept short, since nearly all messages take this path."""
         inbox = self._inbox
         with inbox.lock:
@@ -221,7 +221,7 @@ class CallbackRunner(_Caller):
             with self._inbox.lock:
                 self._inbox.condition.notify_all()
 
-    def _too_slow(self, rest: Sequence[Any], stamp: float) -> None:
+    def _too_slow(self, rest: Sequence[Message], stamp: float) -> None:
         """Finish slow calls; pass the rest of the batch, and later messages, to a thread."""
         inbox = self._inbox
         with inbox.lock:
@@ -238,7 +238,7 @@ class CallbackRunner(_Caller):
         self._suspect = not proven
         return proven
 
-    def _call_some(self, batch: Sequence[Any]) -> int:
+    def _call_some(self, batch: Sequence[Message]) -> int:
         """Call with each message until slow; return the number of calls, -1 if the last ones were slow."""
         callback, inbox = self._callback, self._inbox
         last = perf_counter()
@@ -259,7 +259,7 @@ class CallbackRunner(_Caller):
                 return done if done < len(batch) else -1
         return len(batch)
 
-    def _call(self, message: Any) -> None:
+    def _call(self, message: Message) -> None:
         if self._inbox.closed:
             return
         try:
@@ -309,7 +309,7 @@ class InlineCaller(_Caller):
 
     takes_all = False
 
-    def offer(self, batch: Sequence[Any], stamp: float) -> None:
+    def offer(self, batch: Sequence[Message], stamp: float) -> None:
         """Call with each of the last `queue_size` messages; called by link threads."""
         inbox = self._inbox
         with inbox.condition:
@@ -325,12 +325,12 @@ class InlineCaller(_Caller):
             except BaseException:
                 self._log_error()
 
-    def begin(self, batch: Sequence[Any], stamp: float) -> None:
+    def begin(self, batch: Sequence[Message], stamp: float) -> None:
         """Call the callback with these messages, in a separate thread."""
         name = f"rosproto:callback {self._topic}"
         threading.Thread(target=self.offer, args=(batch, stamp), name=name, daemon=True).start()
 
-    def offer_one(self, message: Any) -> None:
+    def offer_one(self, message: Message) -> None:
         """As `offer`, for one message."""
         inbox = self._inbox
         with inbox.lock:
@@ -365,15 +365,15 @@ class SubscriberQueue:
         offer_one: The same for one message, if there is a callback; else None.
     """
 
-    offer: Callable[[Sequence[Any], float], None]
-    offer_one: Callable[[Any], None] | None
+    offer: Callable[[Sequence[Message], float], None]
+    offer_one: Callable[[Message], None] | None
 
     def __init__(
         self,
         topic: str,
         type_: TopicType,
         *,
-        callback: Callable[[Any], object] | None = None,
+        callback: Callable[[Message], object] | None = None,
         queue_size: int,
         raw: bool = False,
         on_error: Callable[[Exception], object] | None = None,
@@ -397,7 +397,7 @@ class SubscriberQueue:
         if self.runner is not None:
             self.offer, self.offer_one = self.runner.offer, self.runner.offer_one
 
-    def hand_over(self, messages: Sequence[Any], stamp: float) -> None:
+    def hand_over(self, messages: Sequence[Message], stamp: float) -> None:
         """Take latched messages; the callback is called in another thread than the subscribing one."""
         if self.runner is None:
             self.offer(messages, stamp)

@@ -15,9 +15,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Collection, Sequence
-from typing import Any
 
-from rosproto.codec import AnyMsg
+from rosproto.codec import AnyMsg, Message
 from rosproto.errors import CodecError, LocalProtocolError, Md5sumMismatch
 from rosproto.node.context import Context
 from rosproto.node.definitions.md5sum_mismatch import (
@@ -91,7 +90,7 @@ class Subscription:
         self.present_type = type_
         self._condition = threading.Condition()
         self._queues: list[SubscriberQueue] = []
-        self._latched: dict[object, Any] = {}  # by link
+        self._latched: dict[object, Message] = {}  # by link
         self._generation = 0
         self._closed = False
         self._delivery: Delivery | None = None
@@ -191,11 +190,11 @@ class Subscription:
             self._queues.append(queue)
             self.renew_delivery()
 
-    def _as_wanted(self, message: Any, raw: bool) -> Any:
+    def _as_wanted(self, message: Message, raw: bool) -> Message:
         """A latched message, raw or decoded as the subscriber wants it."""
         if raw == isinstance(message, AnyMsg) or (not raw and self.present_type.is_wildcard):
             return message
-        if raw:
+        if not isinstance(message, AnyMsg):
             return encoded(message, message._connection_header)
         wanted = self.present_type.decode(message._buff, 0, len(message._buff))
         wanted._connection_header = message._connection_header
@@ -302,7 +301,7 @@ class Subscription:
         self,
         link: object,
         delivery: Delivery,
-        batch: Sequence[Any],
+        batch: Sequence[Message],
         header: dict[str, str],
         revised: RevisedType | None,
     ) -> None:
@@ -319,7 +318,7 @@ class Subscription:
                 present.deliver_to_newcomers(delivery, batch, header)
         delivery.deliver(batch, header)
 
-    def _keep_latched(self, link: object, batch: Sequence[Any], header: dict[str, str]) -> None:
+    def _keep_latched(self, link: object, batch: Sequence[Message], header: dict[str, str]) -> None:
         fitting = [message for message in batch if type(message) is not UnconvertibleMessage]
         if fitting and link in self.links.values():
             fitting[-1]._connection_header = header

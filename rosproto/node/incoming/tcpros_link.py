@@ -13,14 +13,14 @@ import socket
 import struct
 import sys
 from time import perf_counter, sleep
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, Md5sumMismatch, RemoteProtocolError
 from rosproto.node.definitions.topic_type import ANY
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming.publisher_link import PublisherLink
 from rosproto.node.incoming.publisher_link_state import LinkEvent
-from rosproto.protocol.framing import Decode, FrameDecoder
+from rosproto.protocol.framing import Decode, FrameDecoder, M
 from rosproto.protocol.handshake import (
     HandshakeRefused,
     PublisherReply,
@@ -75,7 +75,7 @@ class FrameReader:
         """Messages not decoded, since no subscriber keeps that many."""
         return self._frames.passed_over
 
-    def receive(self, decode: Decode, owns: bool, newest: int | None = None) -> list[Any]:
+    def receive(self, decode: Decode[M], owns: bool, newest: int | None = None) -> list[M]:
         """Wait until at least one message is complete; return all that are.
 
         Args:

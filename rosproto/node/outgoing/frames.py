@@ -15,6 +15,7 @@ from rosproto.codec.conversion import Conversion
 from rosproto.errors import CodecError
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.stats import LinkStats
+from rosproto.protocol.framing import Buffer
 
 LARGE = 32 << 10  # bytes; below this one copy costs less than a second system-call argument
 prefix = struct.Struct("<I").pack
@@ -94,7 +95,7 @@ def remaining(views: Sequence[memoryview], sent: int) -> list[memoryview]:
 
 def _is_immutable(view: memoryview) -> bool:
     """True if the memory belongs to a `bytes`: a read-only array may be a view of a writable one."""
-    owner: Any = view.obj
+    owner: object = view.obj
     while owner is not None and not isinstance(owner, bytes):
         owner = owner.obj if isinstance(owner, memoryview) else getattr(owner, "base", None)
     return isinstance(owner, bytes)
@@ -183,7 +184,7 @@ class FrameEncoder:
         frame = LargeFrame(parts, seq)
         return frame if frame.size >= LARGE else frame.owned()
 
-    def check_class(self, message: Any) -> None:
+    def check_class(self, message: object) -> None:
         """Accept any class of the same type (another value style, another copy of the definition).
 
         Raises:
@@ -201,7 +202,7 @@ class FrameEncoder:
             )
 
 
-def _raw_frame(data: bytes | bytearray | memoryview) -> Frame:
+def _raw_frame(data: Buffer) -> Frame:
     if len(data) < LARGE:
         return small_frame(bytes(data))
     return LargeFrame([data if isinstance(data, bytes) else memoryview(data)])
@@ -227,7 +228,7 @@ class ConvertedOutput:
         """As `FrameEncoder.prepare`."""
         prepare(self.type.message_class)
 
-    def frame(self, message: Any) -> bytes:
+    def frame(self, message: Message | Buffer) -> bytes:
         """Convert one of our messages, or its encoded bytes, to a frame of the revision.
 
         Raises:
@@ -245,7 +246,7 @@ class ConvertedOutput:
         whole = frame if isinstance(frame, bytes) else frame.owned()
         return self.frame(memoryview(whole)[4:])
 
-    def send(self, message: Any) -> None:
+    def send(self, message: Message | Buffer) -> None:
         """Send a message to every link of this revision."""
         frame = self.frame(message)
         for link in self.links:

@@ -9,6 +9,7 @@ publication.cpp where they are silent.
 
 from __future__ import annotations
 
+from rosproto.protocol.framing import Buffer
 import socket
 import threading
 import time
@@ -80,12 +81,12 @@ class Publication:
         self._burst = 0
         self._returned = 0.0
         self._plain_class = type_.message_class if self._encoder.is_plain else None
-        self._plain_encode: Callable[[Any], bytes] = self._encode_first
+        self._plain_encode: Callable[[Message], bytes] = self._encode_first
         self._revised: dict[str, ConvertedOutput] = {}
         self._closed = False
         self._gone_bytes = 0
 
-    def _encode_first(self, message: Any) -> bytes:
+    def _encode_first(self, message: Message) -> bytes:
         """Generate the encoder on first use: it takes up to 3 ms, too long for a constructor (`prepare`)."""
         self._plain_encode = self.type.encode
         return self._plain_encode(message)
@@ -396,7 +397,7 @@ class Publication:
         if revised:
             self._send_converted(message)
 
-    def _send_converted(self, message: Any) -> None:
+    def _send_converted(self, message: Message | Buffer) -> None:
         """Send a message to the subscribers of other revisions."""
         problem: CodecError | None = None
         for output in list(self._revised.values()):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 from rosproto.codec import Message
 from rosproto.coercion import as_float
@@ -11,6 +10,7 @@ from rosproto.errors import LocalProtocolError, RosError, RosTimeout
 from rosproto.node.context import Context
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.stats import LinkStats
+from rosproto.protocol.framing import Buffer
 from rosproto.transport.os_errors import translate
 
 
@@ -90,7 +90,7 @@ class Publisher:
         """Class that each connected subscriber decodes, by caller id: `message_class` or a revision of it."""
         return {link.caller_id: cls for link, cls in self._publication.wanted}
 
-    def publish(self, message: Any = None, **fields: Any) -> None:
+    def publish(self, message: Message | Buffer | None = None, **fields: object) -> None:
         """Send a message to all subscribers; never waits for a slow subscriber.
 
         The message is encoded before this returns, so later changes to it do not affect the bytes sent. The
@@ -132,7 +132,7 @@ class Publisher:
         """
         return self._publication.send_to(caller_id, data)
 
-    def _message_of(self, message: Any, fields: dict[str, Any]) -> Message:
+    def _message_of(self, message: object, fields: Mapping[str, object]) -> Message:
         if message is not None:
             raise TypeError("publish() takes a message or fields, not both")
         return self.message_class(**fields)

@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from rosproto.codec import decode, encode
+from rosproto.codec import Message, ServiceType, decode, encode
 from rosproto.errors import (
     ConnectionLost,
     LocalProtocolError,
@@ -65,7 +65,7 @@ class ServiceClient:
         self,
         context: Context,
         name: str,
-        service_class: Any,
+        service_class: type[ServiceType],
         *,
         persistent: bool = False,
         on_close: Callable[[ServiceClient], None],
@@ -113,7 +113,7 @@ class ServiceClient:
         """Cached host and port of the provider; None if the next call looks it up."""
         return self._address
 
-    def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
+    def call(self, request: Message | None = None, timeout: float | None = 10.0, **fields: object) -> Any:
         """Call the service and wait for its response.
 
         Args:
@@ -134,21 +134,29 @@ class ServiceClient:
         return self._call(None, request, timeout, fields)
 
     def call_cancellable(
-        self, cancellation: Cancellation, request: Any = None, timeout: float | None = 10.0, **fields: Any
+        self,
+        cancellation: Cancellation,
+        request: Message | None = None,
+        timeout: float | None = 10.0,
+        **fields: object,
     ) -> Any:
         """As `call`; `cancellation.cancel()` in another thread ends it at once with ConnectionLost."""
         return self._call(cancellation, request, timeout, fields)
 
     def _call(
-        self, cancellation: Cancellation | None, request: Any, timeout: float | None, fields: dict[str, Any]
-    ) -> Any:
+        self,
+        cancellation: Cancellation | None,
+        request: Message | None,
+        timeout: float | None,
+        fields: Mapping[str, object],
+    ) -> Message:
         deadline = Deadline(timeout)
-        request = self._request(request, fields)
-        body = encode(request)
+        message = self._request(request, fields)
+        body = encode(message)
         self._calls += 1
         try:
             exchange = self._call_kept if self.persistent else self._call_once
-            link, answer = exchange(request, body, deadline, cancellation)
+            link, answer = exchange(message, body, deadline, cancellation)
         except RosError as error:
             self._errors += 1
             if isinstance(error, RosTimeout):
@@ -156,7 +164,7 @@ class ServiceClient:
             raise
         return self._response(link, answer)
 
-    def _response(self, link: ServiceLink, answer: bytes) -> Any:
+    def _response(self, link: ServiceLink, answer: bytes) -> Message:
         if link.revision is None:
             response = decode(self._response_class, answer)
         else:
@@ -164,7 +172,9 @@ class ServiceClient:
         response._connection_header = link.header
         return response
 
-    def prepare(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> PreparedCall:
+    def prepare(
+        self, request: Message | None = None, timeout: float | None = 10.0, **fields: object
+    ) -> PreparedCall:
         """Connect and encode a request in advance, so that sending it later does not wait.
 
         The call has its own connection, which is kept until the call or this client is closed, also for a
@@ -175,16 +185,16 @@ class ServiceClient:
             ServiceError, ConnectionLost, RosTimeout: There is no provider, or it cannot be reached.
         """
         deadline = Deadline(timeout)
-        request = self._request(request, fields)
+        message = self._request(request, fields)
         link = self._connect(deadline, {**self._header, "persistent": "1"})
         try:
-            body = self._encoded(link, request)
+            body = self._encoded(link, message)
             return PreparedCall(link, body, self._response, self._drop)
         except BaseException:
             self._drop(link)
             raise
 
-    def _encoded(self, link: ServiceLink, request: Any) -> bytes:
+    def _encoded(self, link: ServiceLink, request: Message) -> bytes:
         """Encode a request for the provider's revision."""
         if link.revision is None:
             return encode(request)
@@ -194,7 +204,7 @@ class ServiceClient:
 
     __call__ = call
 
-    def _request(self, request: Any, fields: dict[str, Any]) -> Any:
+    def _request(self, request: Message | None, fields: Mapping[str, object]) -> Message:
         if request is None:
             return self._request_class(**fields)
         if fields:
@@ -207,7 +217,7 @@ class ServiceClient:
         return request
 
     def _call_once(
-        self, request: Any, body: bytes, deadline: Deadline, cancellation: Cancellation | None
+        self, request: Message, body: bytes, deadline: Deadline, cancellation: Cancellation | None
     ) -> tuple[ServiceLink, bytes]:
         link = self._connect(deadline)
         try:
@@ -216,7 +226,7 @@ class ServiceClient:
             self._drop(link)
 
     def _call_kept(
-        self, request: Any, body: bytes, deadline: Deadline, cancellation: Cancellation | None
+        self, request: Message, body: bytes, deadline: Deadline, cancellation: Cancellation | None
     ) -> tuple[ServiceLink, bytes]:
         if not self._turn.acquire(False):
             self._wait_for_turn(deadline)
@@ -242,7 +252,7 @@ class ServiceClient:
     def _exchange(
         self,
         link: ServiceLink,
-        request: Any,
+        request: Message,
         body: bytes,
         deadline: Deadline,
         cancellation: Cancellation | None,

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
+from rosproto.codec import Message
 from rosproto.errors import ConnectionLost, RemoteProtocolError, RosError, RosTimeout, ServiceError
 from rosproto.node.definitions.md5sum_mismatch import ServiceRevision
 from rosproto.protocol.framing import FrameDecoder, frame
@@ -230,7 +231,7 @@ class PreparedCall:
         self,
         link: ServiceLink,
         body: bytes,
-        decode: Callable[[ServiceLink, bytes], Any],
+        decode: Callable[[ServiceLink, bytes], Message],
         drop: Callable[[ServiceLink], None],
     ) -> None:
         self._link = link
@@ -238,7 +239,7 @@ class PreparedCall:
         self._decode = decode
         self._drop = drop
         self._turn = threading.Lock()
-        self._answer: Any = None
+        self._answer: Message | None = None
         self.sent = False
         link.prepare()
 

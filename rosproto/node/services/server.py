@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from rosproto.codec import decode, encode
+from rosproto.codec import Message, ServiceType, decode, encode
 from rosproto.errors import (
     CodecError,
     ConnectionLost,
@@ -34,7 +34,7 @@ from rosproto.transport.tcp import interrupt, write_header, write_steadily
 MAX_ERROR_BYTES = 64 << 10  # bytes of error text
 
 
-def response_from(returned: Any, response_class: type) -> Any:
+def response_from(returned: Any, response_class: type[Message]) -> Message:
     """Make the response message from the return value of a handler.
 
     Args:
@@ -46,9 +46,10 @@ def response_from(returned: Any, response_class: type) -> Any:
         TypeError: It is none of these, or None for a response with fields: usually a forgotten `return` (as
             in rospy).
     """
-    if isinstance(returned, response_class) or getattr(returned, "_type", None) == response_class._type:  # type: ignore[attr-defined]
-        return returned
-    fields: list[str] = list(response_class.__slots__)  # type: ignore[attr-defined]
+    if isinstance(returned, response_class) or getattr(returned, "_type", None) == response_class._type:
+        response: Message = returned
+        return response
+    fields: list[str] = list(response_class.__slots__)
     if isinstance(returned, Mapping):
         return response_class(**returned)
     if returned is None and not fields:
@@ -58,12 +59,12 @@ def response_from(returned: Any, response_class: type) -> Any:
     if isinstance(returned, (tuple, list)) and len(returned) == len(fields):
         return response_class(**dict(zip(fields, returned, strict=True)))
     raise TypeError(
-        f"the handler returned {_shown(returned)}; expected {response_class._type} with"  # type: ignore[attr-defined]
+        f"the handler returned {_shown(returned)}; expected {response_class._type} with"
         f" {', '.join(fields) or 'no fields'}, or a dict of these"
     )
 
 
-def _shown(returned: Any) -> str:
+def _shown(returned: object) -> str:
     if returned is None:
         return "None"
     if isinstance(returned, (tuple, list)):
@@ -71,7 +72,7 @@ def _shown(returned: Any) -> str:
     return str(getattr(returned, "_type", type(returned).__name__))
 
 
-def encode_reply(response: Any) -> bytes:
+def encode_reply(response: Message) -> bytes:
     """The answer to a successful call: ok byte 1, length, response."""
     body = encode(response)
     return struct.pack("<BI", 1, len(body)) + body
@@ -236,8 +237,8 @@ class ServiceServer:
         self,
         context: Context,
         name: str,
-        service_class: Any,
-        handler: Callable[[Any], Any],
+        service_class: type[ServiceType],
+        handler: Callable[[Message], object],
         *,
         on_close: Callable[[ServiceServer], None],
     ) -> None:
@@ -374,14 +375,15 @@ class ServiceServer:
             self._report(error, header)
             return encode_error(error_text(error))
 
-    def _request(self, data: bytes, revision: ServiceRevision | None) -> Any:
+    def _request(self, data: bytes, revision: ServiceRevision | None) -> Message:
         """
         Raises:
             CodecError: The bytes are not a request of the service.
         """
         if revision is None:
             return decode(self._request_class, data)
-        return revision.request_to_ours(decode(revision.request_class, data))
+        request: Message = revision.request_to_ours(decode(revision.request_class, data))
+        return request
 
     def _report(self, error: BaseException, header: dict[str, str]) -> None:
         """Log a failed call, with a traceback unless it is a ServiceError."""

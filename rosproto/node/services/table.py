@@ -8,9 +8,8 @@ from __future__ import annotations
 import socket
 import threading
 from collections.abc import Callable, Mapping
-from typing import Any
 
-from rosproto.codec import service_class
+from rosproto.codec import Message, ServiceType, service_class
 from rosproto.errors import LocalProtocolError, RosError, ServiceError
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
@@ -28,7 +27,7 @@ from rosproto.transport.uri import format_address
 PROBE_SECONDS = 10.0
 
 
-def ask_type(caller: CallerIdentity, definitions: KnownDefinitions, service: str) -> Any:
+def ask_type(caller: CallerIdentity, definitions: KnownDefinitions, service: str) -> type[ServiceType]:
     """The service class that the current provider reports.
 
     Raises:
@@ -108,7 +107,7 @@ class Services:
         self,
         name: str,
         type_: ServiceTypeGiven,
-        handler: Callable[[Any], Any],
+        handler: Callable[[Message], object],
     ) -> ServiceServer:
         """Provide a service; it accepts calls when this returns.
 

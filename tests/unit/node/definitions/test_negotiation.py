@@ -16,7 +16,11 @@ from rosproto.codec.conversion import Conversion, ValuesLost
 from rosproto.errors import CodecError, Md5sumMismatch, RosTimeout
 from rosproto.msg import bundled
 from rosproto.node.definitions.known_definitions import KnownDefinitions
+from rosproto.node.definitions.md5sum_mismatch import RevisedType, UnconvertibleMessage
+from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.graph.master_client import SystemState
+from rosproto.node.incoming.delivery import RevisedDelivery
+from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 from rosproto.protocol.handshake import subscriber_header
 from tests.support.victim import eventually
 
@@ -498,3 +502,14 @@ def test_a_read_of_which_no_message_fits(nodes: tuple[Node, Node], monkeypatch: 
         raw.next(timeout=20)  # so each comes in a read of its own
     assert subscriber.next(timeout=20).pulsePerCircle == 2
     assert subscriber.stats()[0].reconnects == 0
+
+
+def test_a_new_subscriber_is_not_offered_a_read_of_which_no_message_fits() -> None:
+    """An unfit message that arrives while a subscriber is added is left out; the link's thread goes on."""
+    revised = RevisedType(PageParameter, TopicType(Parameter))
+    added = [
+        SubscriberQueue("/p", revised, queue_size=1, raw=raw, renew=lambda: None) for raw in (True, False)
+    ]
+    before, now = (RevisedDelivery(queues, revised, lambda errors: None) for queues in ([], added))
+    now.deliver_to_newcomers(before, [UnconvertibleMessage(CodecError("does not fit"))], {})
+    assert [queue.inbox.received for queue in added] == [0, 0]
