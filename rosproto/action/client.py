@@ -9,19 +9,19 @@ Source: wiki.ros.org/actionlib/DetailedDescription, actionlib/action_client.py.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from rosproto.action.goal_handle import GoalHandle
 from rosproto.action.goal_tracker import GoalTracker
 from rosproto.action.sent_goal import SentGoal
+from rosproto.action.types import Part, part_from
 from rosproto.action.types import action_type as classes_of
-from rosproto.action.types import part_from
-from rosproto.codec import Message, encode
+from rosproto.codec import DynamicMessage, Message, encode
 from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
-from rosproto.node import Node
+from rosproto.node import Node, Publisher, Subscriber
 from rosproto.sentence import advice, say
 from rosproto.time import Time
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
@@ -82,7 +82,7 @@ class ActionClient:
             receivers=lambda: self._goal.subscribers,
             node_closed=lambda: node.closed,
         )
-        self._parts: list[Any] = []
+        self._parts: list[Publisher | Subscriber] = []
         try:
             self._open()
         except BaseException:
@@ -92,13 +92,15 @@ class ActionClient:
     def _open(self) -> None:
         node, type_ = self._node, self.type
 
-        def subscribe(part: str, kind: type[Message], callback: Callable[[Any], None]) -> Any:
+        def subscribe(
+            part: str, kind: type[Message], callback: Callable[[DynamicMessage], None]
+        ) -> Subscriber:
             subscriber = node.subscriber(f"{self.name}/{part}", kind, callback, queue_size=_QUEUE)
             self._parts.append(subscriber)
             return subscriber
 
-        def publish(part: str, kind: type[Message], **options: Any) -> Any:
-            publisher = node.publisher(f"{self.name}/{part}", kind, queue_size=_QUEUE, **options)
+        def publish(part: str, kind: type[Message], linger: bool = True) -> Publisher:
+            publisher = node.publisher(f"{self.name}/{part}", kind, queue_size=_QUEUE, linger=linger)
             self._parts.append(publisher)
             return publisher
 
@@ -129,7 +131,7 @@ class ActionClient:
     @property
     def revisions(self) -> dict[str, type[Message]]:
         """Goal class of each present server by caller id: `type.action_goal`, or a revision of it."""
-        return self._goal.revisions  # type: ignore[no-any-return]
+        return self._goal.revisions
 
     def wait_for_server(self, timeout: float | None = 5.0) -> None:
         """Wait until a server is running and fully connected, so that no goal or answer is lost.
@@ -164,7 +166,7 @@ class ActionClient:
 
     def send_goal(
         self,
-        goal: Message | Mapping[str, Any],
+        goal: Part,
         *,
         feedback: Callable[[GoalHandle, Any], object] | None = None,
         transition: Callable[[GoalHandle], object] | None = None,
@@ -185,7 +187,7 @@ class ActionClient:
             CodecError: `goal` is not a goal of this action, or a value does not fit its field.
         """
         self._check_open()
-        goal = part_from(goal, self.type.goal, f"a goal of {self.name}")
+        part = part_from(goal, self.type.goal, f"a goal of {self.name}")
         if self._goal.connections == 0:
             raise ConnectionLost(
                 f"{self.name}: no action server is connected to {self._goal.topic}, the goal would be lost; "
@@ -194,7 +196,7 @@ class ActionClient:
             )
         goal_id = goal_id or self.new_goal_id()
         receivers = frozenset(self._goal.subscribers)
-        sent = SentGoal(goal_id, goal, self._clock.monotonic(), receivers)
+        sent = SentGoal(goal_id, part, self._clock.monotonic(), receivers)
         # Encode now: a cancel may be needed when Python can no longer import modules.
         cancel = encode(self.type.goal_id(id=goal_id))
         handle = GoalHandle(sent, self._goals, partial(self._write_cancel, cancel))
@@ -204,7 +206,7 @@ class ActionClient:
         self._goals.follow(sent)
         # The goal id's stamp stays zero: the server sets it, from its own clock. A simple server drops a goal
         # whose stamp is before the last goal's, and these two would come from different computers.
-        message: Any = self.type.action_goal(goal_id=self.type.goal_id(id=goal_id), goal=goal)
+        message = self.type.action_goal(goal_id=self.type.goal_id(id=goal_id), goal=part)
         message.header.stamp = self._node.clock.now()  # for people: no server decides by it
         try:
             self._goal.publish(message)

@@ -12,9 +12,9 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Collection
-from typing import Any
 
 from rosproto.action.sent_goal import GivenUpGoals, SentGoal
+from rosproto.codec import DynamicMessage
 from rosproto.errors import ConnectionLost, LocalProtocolError
 from rosproto.logs import PeerLog, get_logger
 from rosproto.protocol.goal_client import CommState
@@ -210,7 +210,7 @@ class GoalTracker:
             self._changed.notify_all()
         return True
 
-    def take_feedback(self, goal: SentGoal) -> Any:
+    def take_feedback(self, goal: SentGoal) -> DynamicMessage | None:
         """The oldest feedback message kept, or None."""
         with self._changed:
             return goal.feedback.popleft() if goal.feedback else None
@@ -272,7 +272,7 @@ class GoalTracker:
 
     # -- what arrives ------------------------------------------------------------------------
 
-    def status_received(self, message: Any) -> None:
+    def status_received(self, message: DynamicMessage) -> None:
         """An actionlib_msgs/GoalStatusArray arrived."""
         server = _caller(message)
         mentioned = {status.goal_id.id: status for status in message.status_list}
@@ -290,7 +290,7 @@ class GoalTracker:
         for goal_id in too_late:
             self._cancel_late(goal_id, server)
 
-    def result_received(self, message: Any) -> None:
+    def result_received(self, message: DynamicMessage) -> None:
         """A result arrived; it may be of another client's goal, or of one that is done."""
         status = message.status
         with self._changed:
@@ -301,7 +301,7 @@ class GoalTracker:
             self._report(goal, path)
             self._changed.notify_all()
 
-    def feedback_received(self, message: Any) -> None:
+    def feedback_received(self, message: DynamicMessage) -> None:
         """Feedback arrived."""
         with self._changed:
             goal = self.followed.get(message.status.goal_id.id)
@@ -385,6 +385,5 @@ class GoalTracker:
                     self._changed.notify_all()
 
 
-def _caller(message: Any) -> str:
-    header: dict[str, str] = message._connection_header or {}
-    return header.get("callerid", "")
+def _caller(message: DynamicMessage) -> str:
+    return (message._connection_header or {}).get("callerid", "")

@@ -17,8 +17,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
+from rosproto.codec import DynamicMessage
 from rosproto.protocol.goal_client import CommState, GoalMachine
 from rosproto.protocol.goal_status import GoalStatus
 
@@ -46,16 +46,16 @@ class SentGoal:
     """
 
     goal_id: str
-    goal: Any
+    goal: DynamicMessage
     sent_at: float
     receivers: frozenset[str]
     machine: GoalMachine = field(init=False)
     ended_at: float | None = None
-    on_feedback: Callable[[Any], object] | None = None
+    on_feedback: Callable[[DynamicMessage], object] | None = None
     on_transition: Callable[[], object] | None = None
     reported: CommState = CommState.WAITING_FOR_GOAL_ACK
     finished: bool = False
-    feedback: deque[Any] = field(default_factory=lambda: deque(maxlen=FEEDBACK_KEPT))
+    feedback: deque[DynamicMessage] = field(default_factory=lambda: deque(maxlen=FEEDBACK_KEPT))
     feedback_dropped: int = 0
 
     def __post_init__(self) -> None:
@@ -71,7 +71,7 @@ class SentGoal:
         """True when a server has mentioned the goal, so that it has arrived; or it has ended."""
         return bool(self.machine.server) or self.machine.state not in _NOT_ARRIVED
 
-    def keep_feedback(self, message: Any) -> bool:
+    def keep_feedback(self, message: DynamicMessage) -> bool:
         """Keep a feedback message for its reader; False when an older one was dropped for it."""
         full = len(self.feedback) == FEEDBACK_KEPT
         self.feedback.append(message)
@@ -105,7 +105,7 @@ class GivenUpGoals:
             del self._given_up[next(iter(self._given_up))]
         self._given_up[goal_id] = (now + KEEP, now)
 
-    def too_late(self, mentioned: Mapping[str, Any], now: float) -> list[str]:
+    def too_late(self, mentioned: Mapping[str, DynamicMessage], now: float) -> list[str]:
         """Goals that were given up but run after all, and have to be cancelled now.
 
         Args:

@@ -15,13 +15,13 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from rosproto.action.types import Part, part_from
 from rosproto.action.types import action_type as classes_of
-from rosproto.action.types import part_from
-from rosproto.codec import Message
+from rosproto.codec import DynamicMessage, Message
 from rosproto.deprecation import former_parameters
 from rosproto.errors import LocalProtocolError, RosError
 from rosproto.logs import get_logger
-from rosproto.node import Node
+from rosproto.node import Node, Publisher, Subscriber
 from rosproto.protocol.goal_server import GoalList, GoalRecord
 from rosproto.protocol.goal_status import GoalStatus
 from rosproto.time import Time
@@ -70,7 +70,7 @@ class ServerGoal:
         """Pause for `timeout` seconds, or until `cancel_requested`; returns that."""
         return self._cancel.wait(timeout)
 
-    def publish_feedback(self, feedback: Any) -> None:
+    def publish_feedback(self, feedback: Part) -> None:
         """Publish the progress: a feedback message, or a dict of its fields.
 
         Raises:
@@ -79,7 +79,7 @@ class ServerGoal:
         """
         self._server._publish_feedback(self, feedback)
 
-    def succeed(self, result: Any = None, text: str = "") -> None:
+    def succeed(self, result: Part | None = None, text: str = "") -> None:
         """End the goal: done.
 
         Args:
@@ -91,11 +91,11 @@ class ServerGoal:
         """
         self._server._end(self, "succeed", result, text)
 
-    def abort(self, result: Any = None, text: str = "") -> None:
+    def abort(self, result: Part | None = None, text: str = "") -> None:
         """End the goal: it cannot be done. Arguments and errors as for `succeed`."""
         self._server._end(self, "abort", result, text)
 
-    def preempted(self, result: Any = None, text: str = "") -> None:
+    def preempted(self, result: Part | None = None, text: str = "") -> None:
         """End the goal: it was cancelled. Arguments and errors as for `succeed`."""
         self._server._end(self, "cancel", result, text)
 
@@ -112,7 +112,7 @@ MAX_GOALS = 100
 _QUEUE = 1000  # messages: after a dropped goal or result, a client would wait
 _CLOSE_SECONDS = 2.0
 
-Handler = Callable[[ServerGoal], Any]
+Handler = Callable[[ServerGoal], object]
 
 
 class ActionServer:
@@ -181,7 +181,7 @@ class ActionServer:
         self._workers: set[threading.Thread] = set()
         self._closing = threading.Event()
         self._closed = False
-        self._parts: list[Any] = []
+        self._parts: list[Publisher | Subscriber] = []
         self._ticker: threading.Thread | None = None
         try:
             self._open()
@@ -192,12 +192,12 @@ class ActionServer:
     def _open(self) -> None:
         node, type_ = self._node, self.type
 
-        def publish(part: str, kind: type[Message], latch: bool = False) -> Any:
+        def publish(part: str, kind: type[Message], latch: bool = False) -> Publisher:
             publisher = node.publisher(f"{self.name}/{part}", kind, latch=latch, queue_size=_QUEUE)
             self._parts.append(publisher)
             return publisher
 
-        def subscribe(part: str, kind: type[Message], callback: Callable[[Any], None]) -> None:
+        def subscribe(part: str, kind: type[Message], callback: Callable[[DynamicMessage], None]) -> None:
             self._parts.append(node.subscriber(f"{self.name}/{part}", kind, callback, queue_size=_QUEUE))
 
         # Latched, as in actionlib: a new client sees the server at once.
@@ -252,7 +252,7 @@ class ActionServer:
 
     # -- what arrives ------------------------------------------------------------------------
 
-    def _on_goal(self, message: Any) -> None:
+    def _on_goal(self, message: DynamicMessage) -> None:
         header = message._connection_header or {}
         goal_id, sent = message.goal_id.id, message.goal_id.stamp
         # A server that makes the id makes the stamp, too (actionlib's StatusTracker).
@@ -272,7 +272,7 @@ class ActionServer:
                 self._publish_result(record, None)
             self._publish_status()
 
-    def _on_cancel(self, message: Any) -> None:
+    def _on_cancel(self, message: DynamicMessage) -> None:
         with self._lock:
             if self._closed:
                 return
@@ -360,10 +360,10 @@ class ActionServer:
                     if not self._closed:
                         self._start_waiting()
 
-    def _succeed_with(self, goal: ServerGoal, result: Any) -> None:
-        result = part_from(result, self.type.result, f"what the handler of {self.name} returns")
+    def _succeed_with(self, goal: ServerGoal, result: object) -> None:
+        part = part_from(result, self.type.result, f"what the handler of {self.name} returns")
         if not goal._ended:
-            goal.succeed(result)
+            goal.succeed(part)
 
     def _finish_quietly(self, goal: ServerGoal, text: str, *, aborted: bool = False) -> None:
         """End a goal that its handler left open."""
@@ -379,12 +379,12 @@ class ActionServer:
 
     # -- what is sent ------------------------------------------------------------------------
 
-    def _end(self, goal: ServerGoal, command: str, result: Any, text: str) -> None:
+    def _end(self, goal: ServerGoal, command: str, result: object, text: str) -> None:
         with self._lock:
             self._apply(goal, command, result, text)
             self._publish_status()
 
-    def _apply(self, goal: ServerGoal, command: str, result: Any, text: str | None) -> None:
+    def _apply(self, goal: ServerGoal, command: str, result: object, text: str | None) -> None:
         """Change a goal's state; when it ends, publish the result."""
         if result is not None:
             result = part_from(result, self.type.result, f"a result of {self.name}")
@@ -393,38 +393,38 @@ class ActionServer:
             self._live.pop(goal.id, None)
             self._publish_result(goal._record, result)
 
-    def _publish_result(self, record: GoalRecord, result: Any) -> None:
-        message: Any = self.type.action_result(status=self._status_of(record))
+    def _publish_result(self, record: GoalRecord, result: object) -> None:
+        message = self.type.action_result(status=self._status_of(record))
         message.header.stamp = self._node.clock.now()
         if result is not None:
             message.result = result
         self._publish(self._result_out, message)
 
-    def _publish_feedback(self, goal: ServerGoal, feedback: Any) -> None:
+    def _publish_feedback(self, goal: ServerGoal, feedback: Part) -> None:
         with self._lock:
             if goal._ended:
                 raise LocalProtocolError(f"goal {goal.id} is {goal.status.name}: no feedback after the end")
             part = part_from(feedback, self.type.feedback, f"feedback of {self.name}")
-            message: Any = self.type.action_feedback(status=self._status_of(goal._record), feedback=part)
+            message = self.type.action_feedback(status=self._status_of(goal._record), feedback=part)
             message.header.stamp = self._node.clock.now()
             self._publish(self._feedback_out, message)
 
     def _publish_status(self) -> None:
         with self._lock:
             self._goals.expire(self._clock.monotonic())
-            message: Any = self.type.status_array()
+            message = self.type.status_array()
             message.header.stamp = self._node.clock.now()
             message.status_list = [self._status_of(record) for record in self._goals]
             self._publish(self._status_out, message)
 
-    def _publish(self, publisher: Any, message: Any) -> None:
+    def _publish(self, publisher: Publisher, message: DynamicMessage) -> None:
         try:
             publisher.publish(message)
         except LocalProtocolError:
             if not self._closed and not self._node.closed:
                 raise  # a handler may end while the server closes
 
-    def _status_of(self, record: GoalRecord) -> Any:
+    def _status_of(self, record: GoalRecord) -> DynamicMessage:
         stamp = Time.from_nsec(record.stamp)
         goal_id = self.type.goal_id(id=record.goal_id, stamp=stamp)
         return self.type.status(goal_id=goal_id, status=int(record.status), text=record.text)

@@ -7,16 +7,18 @@ becomes silent causes no notification, so a waiting task also checks at interval
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Generator
 from typing import Any
 
 from rosproto.action import ActionClient as ThreadedClient
 from rosproto.action import ActionServer as ThreadedServer
 from rosproto.action import CommState, GoalStatus
 from rosproto.action import GoalHandle as ThreadedHandle
+from rosproto.action.types import Part
 from rosproto.aio.mailbox import Closed, Mailbox
 from rosproto.aio.pool import Pool, notify
 from rosproto.aio.same_property import SameProperty
+from rosproto.codec import Message
 from rosproto.errors import RosTimeout
 from rosproto.transport.deadline import Deadline
 
@@ -44,14 +46,14 @@ class ActionClient:
         """
         await self._pool.run(lambda: self.client.wait_for_server(timeout))
 
-    async def send_goal(self, goal: Any) -> GoalHandle:
+    async def send_goal(self, goal: Part) -> GoalHandle:
         """Send a goal and follow it; raises as `rosproto.ActionClient.send_goal`.
 
         Cancelling a task that waits for the goal does not cancel the goal: call `cancel` for that. If the
         task is cancelled during this call, no handle is returned, so the goal is cancelled as well.
         """
         loop, over = asyncio.get_running_loop(), asyncio.Event()
-        feedback: Mailbox[Any] = Mailbox(FEEDBACK_KEPT)
+        feedback: Mailbox[Message] = Mailbox(FEEDBACK_KEPT)
 
         def changed(handle: ThreadedHandle) -> None:
             # Not `handle.done`: it may be true while earlier changes and feedback are still being delivered.
@@ -84,7 +86,7 @@ class GoalHandle:
     """
 
     def __init__(
-        self, handle: ThreadedHandle, over: asyncio.Event, feedback: Mailbox[Any], pool: Pool
+        self, handle: ThreadedHandle, over: asyncio.Event, feedback: Mailbox[Message], pool: Pool
     ) -> None:
         self.handle = handle
         self._over = over
@@ -111,7 +113,7 @@ class GoalHandle:
         # It has ended, or the server is lost: the threaded handle has the result or error.
         return await self._pool.run(lambda: self.handle.wait(SETTLE))
 
-    def __await__(self) -> Any:
+    def __await__(self) -> Generator[object, None, Any]:
         return self.wait(None).__await__()
 
     async def feedback(self, timeout: float | None = 60.0) -> AsyncIterator[Any]:

@@ -16,8 +16,10 @@ from rosproto.aio.parameters import Parameters
 from rosproto.aio.pool import Closable, PendingOpen, Pool
 from rosproto.aio.services import ServiceClient, ServiceServer, handler_in_loop
 from rosproto.aio.topics import Publisher, Subscriber
+from rosproto.codec import Message
 from rosproto.errors import ConnectionLost
 from rosproto.node import Node as ThreadedNode
+from rosproto.node.definitions.type_argument import ServiceTypeGiven, TypeGiven
 
 T = TypeVar("T")
 V = TypeVar("V", bound=Closable)
@@ -62,7 +64,7 @@ class Node:
                 self._attach(node)
         return self
 
-    def __await__(self) -> Generator[Any, None, Node]:
+    def __await__(self) -> Generator[object, None, Node]:
         return self._open().__await__()
 
     async def __aenter__(self) -> Node:
@@ -87,9 +89,9 @@ class Node:
         """The parameters of the graph."""
         return Parameters(self._threaded.params, self._pool, self._mailbox)
 
-    def _mailbox(self, size: int) -> Mailbox[Any]:
+    def _mailbox(self, size: int) -> Mailbox[T]:
         """A mailbox that closes with the node, whoever closes that."""
-        mailbox: Mailbox[Any] = Mailbox(size)
+        mailbox: Mailbox[T] = Mailbox(size)
         self._mailboxes.add(mailbox)
         if self._threaded.closed:
             mailbox.close()
@@ -113,19 +115,19 @@ class Node:
 
         return PendingOpen(opened)
 
-    def publisher(self, topic: str, type: Any, **options: Any) -> PendingOpen[Publisher]:
+    def publisher(self, topic: str, type: TypeGiven, **options: Any) -> PendingOpen[Publisher]:
         """Publish a topic; arguments as `rosproto.Node.publisher`."""
         node = self._threaded
         return self._opens(Publisher, lambda: partial(node.publisher, topic, type, **options))
 
     def subscriber(
-        self, topic: str, type: Any = None, *, queue_size: int = 10, **options: Any
+        self, topic: str, type: TypeGiven = None, *, queue_size: int = 10, **options: Any
     ) -> PendingOpen[Subscriber]:
         """Subscribe to a topic; arguments as `rosproto.Node.subscriber`, without a callback."""
         node = self._threaded
 
         async def open_it() -> Subscriber:
-            mailbox = self._mailbox(queue_size)
+            mailbox: Mailbox[Message] = self._mailbox(queue_size)
             subscriber = await self._pool.run(
                 lambda: node.subscriber(topic, type, callback=mailbox.put, queue_size=queue_size, **options),
                 dispose=_close,
@@ -134,7 +136,9 @@ class Node:
 
         return PendingOpen(open_it)
 
-    def service_client(self, name: str, type: Any, *, persistent: bool = False) -> PendingOpen[ServiceClient]:
+    def service_client(
+        self, name: str, type: ServiceTypeGiven, *, persistent: bool = False
+    ) -> PendingOpen[ServiceClient]:
         """A client of a service; arguments as `rosproto.Node.service_client`."""
         node = self._threaded
         return self._opens(
@@ -142,7 +146,7 @@ class Node:
         )
 
     def service_server(
-        self, name: str, type: Any, handler: Callable[[Any], Any]
+        self, name: str, type: ServiceTypeGiven, handler: Callable[[Any], object]
     ) -> PendingOpen[ServiceServer]:
         """Provide a service; `handler`, a coroutine function or a fast plain function, is called in this
         loop.
@@ -158,7 +162,7 @@ class Node:
         return self._opens(ActionClient, lambda: partial(ThreadedClient, node, name, type, **options))
 
     def action_server(
-        self, name: str, type: Any, handler: Callable[[Any], Any], **options: Any
+        self, name: str, type: Any, handler: Callable[[Any], object], **options: Any
     ) -> PendingOpen[ActionServer]:
         """Provide an action; `handler`, a coroutine function, is called in this loop with each ServerGoal."""
         node = self._threaded

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import Callable
 from typing import Any
 
 from rosproto.aio.mailbox import Closed, Mailbox
@@ -18,19 +18,22 @@ class Parameters:
     """`await node.params.get("/key")`; see `rosproto.node.Parameters` for what each method does."""
 
     def __init__(
-        self, params: ThreadedParameters, pool: Pool, make_mailbox: Callable[[int], Mailbox[Any]] = Mailbox
+        self,
+        params: ThreadedParameters,
+        pool: Pool,
+        make_mailbox: Callable[[int], Mailbox[tuple[str, object]]] = Mailbox,
     ) -> None:
         self._params = params
         self._pool = pool
         self._make_mailbox = make_mailbox
 
-    async def get(self, key: str, default: Any = _REQUIRED) -> Any:
+    async def get(self, key: str, default: object = _REQUIRED) -> Any:
         """Value of a parameter; `default` if it is not set and one is given, else UnknownParameter."""
         if default is _REQUIRED:
             return await self._pool.run(lambda: self._params[key])
         return await self._pool.run(lambda: self._params.get(key, default))
 
-    async def set(self, key: str, value: Any) -> None:
+    async def set(self, key: str, value: object) -> None:
         """Set a parameter; a dict replaces the whole namespace."""
         await self._pool.run(lambda: self._params.set(key, value))
 
@@ -60,7 +63,7 @@ class Parameters:
         """
 
         async def open_it() -> ParameterSubscription:
-            mailbox: Mailbox[tuple[str, Any]] = self._make_mailbox(1000)
+            mailbox: Mailbox[tuple[str, object]] = self._make_mailbox(1000)
             subscription = await self._pool.run(
                 lambda: self._params.subscribe(key, lambda k, v: mailbox.put((k, v))),
                 dispose=lambda opened: opened.close(),
@@ -78,7 +81,7 @@ class ParameterSubscription:
     """
 
     def __init__(
-        self, subscription: ThreadedSubscription, mailbox: Mailbox[tuple[str, Any]], pool: Pool
+        self, subscription: ThreadedSubscription, mailbox: Mailbox[tuple[str, object]], pool: Pool
     ) -> None:
         self._subscription = subscription
         self.key = subscription.key
@@ -87,7 +90,7 @@ class ParameterSubscription:
 
     value = SameProperty[Any](ThreadedSubscription.value, "_subscription")
 
-    def __aiter__(self) -> AsyncIterator[tuple[str, Any]]:
+    def __aiter__(self) -> ParameterSubscription:
         return self
 
     async def __anext__(self) -> tuple[str, Any]:

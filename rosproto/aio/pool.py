@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Awaitable, Callable, Generator
 from concurrent.futures import Future
 from functools import partial
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from rosproto.deprecation import former_parameters
 from rosproto.logs import get_logger
@@ -102,7 +102,7 @@ class Pool:
                 cancel()
             raise
 
-    def start(self, function: Callable[..., T], *arguments: Any) -> asyncio.Future[T]:
+    def start(self, function: Callable[..., T], *arguments: object) -> asyncio.Future[T]:
         """Call something in a thread, whether or not the result is awaited. Call this in the loop."""
         future = asyncio.wrap_future(self._workers.add(partial(function, *arguments)))
         # Retrieved here, so that asyncio does not log it if nothing awaits the call.
@@ -159,7 +159,7 @@ def _settle(future: asyncio.Future[T], done: Future[T]) -> None:
             future.set_exception(error)
 
 
-def notify(loop: asyncio.AbstractEventLoop, function: Callable[..., Any], *arguments: Any) -> bool:
+def notify(loop: asyncio.AbstractEventLoop, function: Callable[..., object], *arguments: object) -> bool:
     """Call a function in the loop from any thread; False if the loop is closed."""
     try:
         loop.call_soon_threadsafe(function, *arguments)
@@ -190,7 +190,7 @@ class PendingOpen(Generic[C]):
         self._open_it = open_it
         self._opened: C | None = None
 
-    def __await__(self) -> Generator[Any, None, C]:
+    def __await__(self) -> Generator[object, None, C]:
         return self._open_it().__await__()
 
     async def __aenter__(self) -> C:

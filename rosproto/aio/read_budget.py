@@ -42,7 +42,7 @@ class ReadBudget:
 
     def __init__(
         self,
-        cut_off: Callable[[Any], object],
+        cut_off: Callable[[asyncio.Transport], object],
         *,
         share: float = 0.5,
         turn: float = 0.005,
@@ -204,7 +204,7 @@ class BudgetedProtocol(asyncio.Protocol):
             self._budget.ask(self, later=True)
         self._read_or_pause()
 
-    def replace(self, protocol: Any) -> None:
+    def replace(self, protocol: asyncio.Protocol) -> None:
         """Another protocol takes over; bytes that were sent before are dropped."""
         self._drop()
         self.protocol = protocol
@@ -241,11 +241,11 @@ class _PausableTransport:
         """See asyncio."""
         self._protocol.pause(False)
 
-    def set_protocol(self, protocol: asyncio.BaseProtocol) -> None:
+    def set_protocol(self, protocol: asyncio.Protocol) -> None:
         """See asyncio."""
         self._protocol.replace(protocol)
 
-    def get_protocol(self) -> asyncio.BaseProtocol:
+    def get_protocol(self) -> asyncio.Protocol:
         """See asyncio."""
-        protocol: asyncio.BaseProtocol = self._protocol.protocol
+        protocol: asyncio.Protocol = self._protocol.protocol
         return protocol

@@ -25,11 +25,11 @@ class SameProperty(property, Generic[R]):
     @overload
     def __init__(self, of: Callable[[Any], V], held_in: str, view: Callable[[Any, V], R]) -> None: ...
     def __init__(
-        self, of: Callable[[Any], Any], held_in: str, view: Callable[[Any, Any], Any] | None = None
+        self, of: Callable[[Any], object], held_in: str, view: Callable[[Any, Any], object] | None = None
     ) -> None:
         get = getattr(of, "fget", None) or of
 
-        def read(owner: Any) -> Any:
+        def read(owner: object) -> object:
             value = get(getattr(owner, held_in))
             return value if view is None else view(owner, value)
 
@@ -38,4 +38,4 @@ class SameProperty(property, Generic[R]):
 
     if TYPE_CHECKING:
 
-        def __get__(self, instance: Any, owner: type | None = None) -> R: ...  # type: ignore[override]
+        def __get__(self, instance: object, owner: type | None = None) -> R: ...  # type: ignore[override]

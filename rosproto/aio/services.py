@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.aio.pool import Pool
+from rosproto.codec import Message
 from rosproto.node.services.client import ServiceClient as ThreadedClient
 from rosproto.node.services.link import Cancellation
 from rosproto.node.services.server import ServiceServer as ThreadedServer
@@ -28,7 +29,9 @@ class ServiceClient:
         self.client = client
         self._pool = pool
 
-    async def call(self, request: Any = None, timeout: float | None = 10.0, **fields: Any) -> Any:
+    async def call(
+        self, request: Message | None = None, timeout: float | None = 10.0, **fields: object
+    ) -> Any:
         """Call the service; arguments, result and errors as for `rosproto.node.ServiceClient.call`."""
         cancellation = Cancellation()
         return await self._pool.run(
@@ -68,7 +71,7 @@ class ServiceServer:
         await self._pool.run(lambda: self.server.close(timeout), always=True)
 
 
-def handler_in_loop(handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
+def handler_in_loop(handler: Callable[[Any], object]) -> Callable[[object], object]:
     """A handler for a threaded server that calls `handler` in the running loop.
 
     A coroutine function becomes a task there; a plain function must not block. The return value is that of a
@@ -76,11 +79,11 @@ def handler_in_loop(handler: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """
     loop = asyncio.get_running_loop()
 
-    async def answer(request: Any) -> Any:
+    async def answer(request: object) -> object:
         result = handler(request)
         return await result if inspect.isawaitable(result) else result
 
-    def in_thread(request: Any) -> Any:
+    def in_thread(request: object) -> object:
         return asyncio.run_coroutine_threadsafe(answer(request), loop).result()
 
     return in_thread

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
 from typing import Any
 
 from rosproto.aio.mailbox import Closed, Mailbox
 from rosproto.aio.pool import Pool
 from rosproto.aio.same_property import SameProperty
+from rosproto.codec import Message
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.node import Publisher as ThreadedPublisher
 from rosproto.node import Subscriber as ThreadedSubscriber
+from rosproto.protocol.framing import Buffer
 
 
 class Publisher:
@@ -25,7 +26,7 @@ class Publisher:
         self.publisher = publisher
         self._pool = pool
 
-    def publish(self, message: Any = None, **fields: Any) -> None:
+    def publish(self, message: Message | Buffer | None = None, **fields: object) -> None:
         """Queue a message for every subscriber; it is encoded before this returns."""
         self.publisher.publish(message, **fields)
 
@@ -53,12 +54,12 @@ class Subscriber:
         subscriber: The wrapped threaded subscriber: `topic`, `type_name`, `md5sum`, `stats()`.
     """
 
-    def __init__(self, subscriber: ThreadedSubscriber, mailbox: Mailbox[Any], pool: Pool) -> None:
+    def __init__(self, subscriber: ThreadedSubscriber, mailbox: Mailbox[Message], pool: Pool) -> None:
         self.subscriber = subscriber
         self._mailbox = mailbox
         self._pool = pool
 
-    def __aiter__(self) -> AsyncIterator[Any]:
+    def __aiter__(self) -> Subscriber:
         return self
 
     async def __anext__(self) -> Any:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from rosproto.codec import message_class
+from rosproto.codec import DynamicMessage, Message, message_class
 from rosproto.numeric.images import octets
+
+if TYPE_CHECKING:
+    from msgdefs.sensor_msgs.msg import PointCloud2
 
 DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """sensor_msgs/PointField's constants."""
 
 
-def cloud_to_array(cloud: Any) -> NDArray[Any]:
+def cloud_to_array(cloud: PointCloud2 | DynamicMessage) -> NDArray[Any]:
     """All fields of a sensor_msgs/PointCloud2.
 
     Returns:
@@ -50,13 +53,13 @@ def cloud_to_array(cloud: Any) -> NDArray[Any]:
         )
     if height * width == 0 or cloud.point_step == 0:
         return np.empty((0,), dtype)
-    points: NDArray[Any] = np.ndarray(
+    points: NDArray[np.void] = np.ndarray(
         (height, width), dtype, data, strides=(row_step or row, cloud.point_step)
     )
     return points[0] if height == 1 else points
 
 
-def cloud_to_points(cloud: Any, *, keep_invalid: bool = False) -> NDArray[Any]:
+def cloud_to_points(cloud: PointCloud2 | DynamicMessage, *, keep_invalid: bool = False) -> NDArray[Any]:
     """The positions of a sensor_msgs/PointCloud2.
 
     Args:
@@ -78,7 +81,7 @@ def cloud_to_points(cloud: Any, *, keep_invalid: bool = False) -> NDArray[Any]:
     return positions if keep_invalid else positions[np.isfinite(positions).all(axis=1)]
 
 
-def points_to_cloud(points: NDArray[Any], *, header: Any = None) -> Any:
+def points_to_cloud(points: ArrayLike, *, header: Message | None = None) -> Any:
     """A sensor_msgs/PointCloud2 of positions.
 
     Args:
@@ -91,20 +94,20 @@ def points_to_cloud(points: NDArray[Any], *, header: Any = None) -> Any:
     Raises:
         ValueError: The shape is wrong.
     """
-    points = np.ascontiguousarray(points, "<f4")
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(f"points must be (N, 3), not {points.shape}")
+    positions = np.ascontiguousarray(points, "<f4")
+    if positions.ndim != 2 or positions.shape[1] != 3:
+        raise ValueError(f"points must be (N, 3), not {positions.shape}")
     field = message_class("sensor_msgs/PointField")
     fields = [field(axis, 4 * index, 7, 1) for index, axis in enumerate("xyz")]
     return message_class("sensor_msgs/PointCloud2")(
         header=header,
         height=1,
-        width=len(points),
+        width=len(positions),
         fields=fields,
         point_step=12,
-        row_step=12 * len(points),
-        data=points.reshape(-1).view(np.uint8),
-        is_dense=bool(np.isfinite(points).all()),
+        row_step=12 * len(positions),
+        data=positions.reshape(-1).view(np.uint8),
+        is_dense=bool(np.isfinite(positions).all()),
     )
 
 

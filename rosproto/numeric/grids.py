@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from rosproto.codec import message_class
+from rosproto.codec import DynamicMessage, Message, message_class
+
+if TYPE_CHECKING:
+    from msgdefs.nav_msgs.msg import OccupancyGrid
 
 
-def grid_to_array(grid: Any) -> NDArray[np.int8]:
+def grid_to_array(grid: OccupancyGrid | DynamicMessage) -> NDArray[np.int8]:
     """The cells of a nav_msgs/OccupancyGrid.
 
     Returns:
@@ -29,7 +32,9 @@ def grid_to_array(grid: Any) -> NDArray[np.int8]:
     return cells.reshape(height, width)
 
 
-def array_to_grid(cells: NDArray[Any], resolution: float, *, origin: Any = None, header: Any = None) -> Any:
+def array_to_grid(
+    cells: ArrayLike, resolution: float, *, origin: Message | None = None, header: Message | None = None
+) -> Any:
     """A nav_msgs/OccupancyGrid of an array.
 
     Args:
@@ -41,11 +46,11 @@ def array_to_grid(cells: NDArray[Any], resolution: float, *, origin: Any = None,
     Raises:
         ValueError: Shape or values are invalid.
     """
-    cells = np.asarray(cells)
-    if cells.ndim != 2 or (cells.size and (cells.min() < -1 or cells.max() > 100)):
-        raise ValueError(f"cells must be (H, W) of -1..100, not {cells.shape} of {cells.dtype}")
-    grid = message_class("nav_msgs/OccupancyGrid")(header=header, data=cells.astype(np.int8).reshape(-1))
-    grid.info.height, grid.info.width = cells.shape
+    array = np.asarray(cells)
+    if array.ndim != 2 or (array.size and (array.min() < -1 or array.max() > 100)):
+        raise ValueError(f"cells must be (H, W) of -1..100, not {array.shape} of {array.dtype}")
+    grid = message_class("nav_msgs/OccupancyGrid")(header=header, data=array.astype(np.int8).reshape(-1))
+    grid.info.height, grid.info.width = array.shape
     grid.info.resolution = resolution
     if origin is None:
         grid.info.origin.orientation.w = 1.0

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import re
 import sys
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from rosproto.codec import message_class
+from rosproto.codec import DynamicMessage, Message, message_class
+
+if TYPE_CHECKING:
+    from msgdefs.sensor_msgs.msg import CompressedImage, Image
 
 
-def image_to_array(image: Any) -> NDArray[Any]:
+def image_to_array(image: Image | DynamicMessage) -> NDArray[Any]:
     """The pixels of a sensor_msgs/Image.
 
     Args:
@@ -45,7 +48,7 @@ def image_to_array(image: Any) -> NDArray[Any]:
     return pixels[:, :, 0] if channels == 1 else pixels
 
 
-def array_to_image(array: NDArray[Any], encoding: str, *, header: Any = None) -> Any:
+def array_to_image(array: NDArray[np.generic], encoding: str, *, header: Message | None = None) -> Any:
     """A sensor_msgs/Image of an array.
 
     Args:
@@ -79,12 +82,12 @@ def array_to_image(array: NDArray[Any], encoding: str, *, header: Any = None) ->
     )
 
 
-def compressed_image_bytes(image: Any) -> bytes:
+def compressed_image_bytes(image: CompressedImage | DynamicMessage) -> bytes:
     """The JPEG or PNG file in a sensor_msgs/CompressedImage, for any image library; a copy."""
     return octets(image.data).tobytes()
 
 
-def octets(data: Any) -> NDArray[np.uint8]:
+def octets(data: ArrayLike) -> NDArray[np.uint8]:
     """A flat uint8 array of a uint8[] field: a view of arrays and bytes, a copy of lists."""
     if isinstance(data, (bytes, bytearray, memoryview)):
         return np.frombuffer(data, np.uint8) if len(data) else np.empty(0, np.uint8)

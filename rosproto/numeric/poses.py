@@ -6,16 +6,19 @@ Source: REP 103 (right-handed, x forward).
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rosproto import quaternion as rotation
-from rosproto.codec import message_class
+from rosproto.codec import DynamicMessage, message_class
+
+if TYPE_CHECKING:
+    from msgdefs.geometry_msgs.msg import Pose, Quaternion, Transform
 
 
-def _unit(quaternion: Any) -> tuple[float, float, float, float]:
+def _unit(quaternion: Quaternion | DynamicMessage) -> tuple[float, float, float, float]:
     """x, y, z, w of length 1."""
     x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
     length = math.sqrt(x * x + y * y + z * z + w * w)
@@ -27,7 +30,7 @@ def _unit(quaternion: Any) -> tuple[float, float, float, float]:
     return rotation.normalized((x, y, z, w))
 
 
-def quaternion_to_matrix(quaternion: Any) -> NDArray[np.float64]:
+def quaternion_to_matrix(quaternion: Quaternion | DynamicMessage) -> NDArray[np.float64]:
     """(3, 3) float64 rotation of a geometry_msgs/Quaternion, which is normalised first.
 
     Raises:
@@ -36,7 +39,7 @@ def quaternion_to_matrix(quaternion: Any) -> NDArray[np.float64]:
     return np.array(rotation.to_matrix(_unit(quaternion)))
 
 
-def matrix_to_quaternion(matrix: NDArray[Any]) -> Any:
+def matrix_to_quaternion(matrix: ArrayLike) -> Any:
     """A geometry_msgs/Quaternion, w >= 0, of the rotation in a (3, 3) or (4, 4) matrix.
 
     Raises:
@@ -47,7 +50,7 @@ def matrix_to_quaternion(matrix: NDArray[Any]) -> Any:
     return message_class("geometry_msgs/Quaternion")(*(part * sign for part in q))
 
 
-def _rotation(matrix: NDArray[Any]) -> NDArray[np.float64]:
+def _rotation(matrix: ArrayLike) -> NDArray[np.float64]:
 
     matrix = np.asarray(matrix, np.float64)
     if matrix.shape not in ((3, 3), (4, 4)):
@@ -58,7 +61,7 @@ def _rotation(matrix: NDArray[Any]) -> NDArray[np.float64]:
     return turn
 
 
-def pose_to_matrix(pose: Any) -> NDArray[np.float64]:
+def pose_to_matrix(pose: Pose | Transform | DynamicMessage) -> NDArray[np.float64]:
     """(4, 4) float64 matrix of a geometry_msgs/Pose or geometry_msgs/Transform; metres.
 
     For a pose of frame B given in frame A it is A_T_B: it converts points of B, as columns (x, y, z, 1), to
@@ -75,7 +78,7 @@ def pose_to_matrix(pose: Any) -> NDArray[np.float64]:
     return matrix
 
 
-def matrix_to_pose(matrix: NDArray[Any]) -> Any:
+def matrix_to_pose(matrix: ArrayLike) -> Any:
     """The geometry_msgs/Pose of a (4, 4) matrix; the inverse of `pose_to_matrix`.
 
     Raises:
@@ -85,7 +88,7 @@ def matrix_to_pose(matrix: NDArray[Any]) -> Any:
     return message_class("geometry_msgs/Pose")(position=point, orientation=matrix_to_quaternion(matrix))
 
 
-def matrix_to_transform(matrix: NDArray[Any]) -> Any:
+def matrix_to_transform(matrix: ArrayLike) -> Any:
     """The geometry_msgs/Transform of a (4, 4) matrix; the inverse of `pose_to_matrix`.
 
     Raises:
@@ -95,7 +98,7 @@ def matrix_to_transform(matrix: NDArray[Any]) -> Any:
     return message_class("geometry_msgs/Transform")(translation=vector, rotation=matrix_to_quaternion(matrix))
 
 
-def _translation(matrix: NDArray[Any]) -> list[float]:
+def _translation(matrix: ArrayLike) -> list[float]:
 
     matrix = np.asarray(matrix, np.float64)
     if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0, 0, 0, 1)):
@@ -103,7 +106,7 @@ def _translation(matrix: NDArray[Any]) -> list[float]:
     return [float(part) for part in matrix[:3, 3]]
 
 
-def quaternion_to_yaw(quaternion: Any) -> float:
+def quaternion_to_yaw(quaternion: Quaternion | DynamicMessage) -> float:
     """Rotation about z in radians, counter-clockwise positive, -pi..pi (the yaw of roll-pitch-yaw).
 
     Raises:

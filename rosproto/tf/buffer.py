@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 
 from rosproto.errors import RosError, RosTimeout
 from rosproto.quaternion import normalized
-from rosproto.tf.transform import Transform, nanoseconds
+from rosproto.tf.transform import StampedMessage, Transform, nanoseconds
 from rosproto.tf.tree import (
     MAX_FRAMES,
     MAX_NAME_CHARACTERS,
@@ -65,7 +65,9 @@ class TransformBuffer:
         self._tree = FrameTree(max_frames)
         self._changed = threading.Condition()
 
-    def set_transform(self, transform: Any, *, authority: str = "", static: bool = False) -> bool:
+    def set_transform(
+        self, transform: Transform | StampedMessage, *, authority: str = "", static: bool = False
+    ) -> bool:
         """Add one pose of a frame in its parent.
 
         Args:

@@ -8,11 +8,11 @@ from __future__ import annotations
 import threading
 from typing import Any, TypeVar
 
-from rosproto.codec import message_class
+from rosproto.codec import DynamicMessage, message_class
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.tf.buffer import TransformBuffer, checked
-from rosproto.tf.transform import Transform
+from rosproto.tf.transform import StampedMessage, Transform
 
 logger = get_logger("rosproto.tf")
 MAX_NAMED = 1000  # frames whose first refusal is logged; a hostile sender may invent names
@@ -53,11 +53,11 @@ class TransformListener:
     def __exit__(self, *exc_info: object) -> None:
         self.close()
 
-    def _moving(self, message: Any) -> None:
+    def _moving(self, message: DynamicMessage) -> None:
         self._notice_jump()
         self._take(message, static=False)
 
-    def _static(self, message: Any) -> None:
+    def _static(self, message: DynamicMessage) -> None:
         self._take(message, static=True)
 
     def _notice_jump(self) -> None:
@@ -69,7 +69,7 @@ class TransformListener:
             logger.warning("time jumped back: clearing the transform buffer")
             self.buffer.clear()
 
-    def _take(self, message: Any, *, static: bool) -> None:
+    def _take(self, message: DynamicMessage, *, static: bool) -> None:
         authority = (message._connection_header or {}).get("callerid", "")
         for transform in message.transforms:
             try:
@@ -95,7 +95,7 @@ class TransformListener:
 _Self = TypeVar("_Self", bound="_Broadcaster")
 
 
-def _message(transform: Transform | Any) -> Any:
+def _message(transform: Transform | StampedMessage) -> DynamicMessage:
     """A valid TransformStamped, from one or from a Transform.
 
     Raises:
@@ -103,14 +103,15 @@ def _message(transform: Transform | Any) -> Any:
     """
     value = transform if isinstance(transform, Transform) else Transform.from_message(transform)
     checked(value)
-    return value.to_message()
+    message: DynamicMessage = value.to_message()
+    return message
 
 
 class _Broadcaster:
     """Base of both broadcasters: a topic of TFMessage, published until it is closed."""
 
     def __init__(self, node: Node, topic: str, **options: Any) -> None:
-        self._class: Any = message_class("tf2_msgs/TFMessage")
+        self._class = message_class("tf2_msgs/TFMessage")
         self._publisher = node.publisher(topic, self._class, **options)
 
     def __enter__(self: _Self) -> _Self:
@@ -135,7 +136,7 @@ class TransformBroadcaster(_Broadcaster):
     def __init__(self, node: Node, *, queue_size: int = 100) -> None:
         super().__init__(node, "/tf", queue_size=queue_size)
 
-    def send(self, *transforms: Transform | Any) -> None:
+    def send(self, *transforms: Transform | StampedMessage) -> None:
         """Send one message with these `Transform`s or geometry_msgs/TransformStamped, each with its stamp.
 
         Raises:
@@ -154,9 +155,9 @@ class StaticTransformBroadcaster(_Broadcaster):
     def __init__(self, node: Node) -> None:
         super().__init__(node, "/tf_static", latch=True, queue_size=10)
         self._lock = threading.Lock()
-        self._sent: dict[str, Any] = {}
+        self._sent: dict[str, DynamicMessage] = {}
 
-    def send(self, *transforms: Transform | Any) -> None:
+    def send(self, *transforms: Transform | StampedMessage) -> None:
         """Add or replace frames: `Transform`s or geometry_msgs/TransformStamped.
 
         Raises:

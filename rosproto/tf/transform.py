@@ -6,16 +6,21 @@ Source: REP 103 (units, axes), geometry_msgs/TransformStamped.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rosproto import quaternion
-from rosproto.codec import message_class
+from rosproto.codec import DynamicMessage, message_class
 from rosproto.quaternion import Quaternion, Vector
 from rosproto.time import Time, TVal
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
+
+    from msgdefs.geometry_msgs.msg import TransformStamped
+
+StampedMessage: TypeAlias = "TransformStamped | DynamicMessage"
+"""A geometry_msgs/TransformStamped, of msgdefs or of any class with its fields."""
 
 IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
@@ -77,7 +82,7 @@ class Transform:
         return cls(target, source, (x, y, z), rotation, nanoseconds(stamp))
 
     @classmethod
-    def from_message(cls, message: Any) -> Transform:
+    def from_message(cls, message: StampedMessage) -> Transform:
         """From a geometry_msgs/TransformStamped; leading slashes of names are removed (tf2 has none)."""
         t, r = message.transform.translation, message.transform.rotation
         return cls(
@@ -90,7 +95,7 @@ class Transform:
 
     def to_message(self) -> Any:
         """As a geometry_msgs/TransformStamped."""
-        message: Any = message_class("geometry_msgs/TransformStamped")()
+        message = message_class("geometry_msgs/TransformStamped")()
         message.header.frame_id, message.child_frame_id = self.target, self.source
         message.header.stamp = self.stamp
         t, r = message.transform.translation, message.transform.rotation
