@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, Generic, NamedTuple, TypeVar, get_args, get_type_hints
 
 from rosproto.text import short
@@ -24,10 +24,10 @@ __all__ = [
     "listed", "number", "one_of", "shown", "text", "whole",
 ]  # fmt: skip
 
-Check = Callable[[Any, int], Any]
+T = TypeVar("T")
+Check = Callable[[object, int], T]
 """(JSON value, longest text) -> value; raises `Expected`. The second is the caller's limit, for checks that
 have none."""
-T = TypeVar("T")
 
 MISSING = object()
 """The value of a field that is not there."""
@@ -58,7 +58,7 @@ class FieldError(ValueError):
         return FieldError(f"{outer}{dot}{self.path}", self.expected, self.value)
 
 
-def shown(value: Any) -> str:
+def shown(value: object) -> str:
     """A value from outside for a sentence: short, on one line."""
     if value is MISSING:
         return "missing"
@@ -74,10 +74,10 @@ def shown(value: Any) -> str:
 # -- checks --------------------------------------------------------------------------------------------------
 
 
-def fits(test: Callable[[Any, int], bool], expected: str) -> Check:
+def fits(test: Callable[[object, int], bool], expected: str) -> Check[object]:
     """A check that takes a value as it is, if it fits; `{max_characters}` in the text is the longest text."""
 
-    def check(value: Any, max_characters: int) -> Any:
+    def check(value: object, max_characters: int) -> object:
         if test(value, max_characters):
             return value
         raise Expected(expected.format(max_characters=max_characters))
@@ -85,11 +85,11 @@ def fits(test: Callable[[Any, int], bool], expected: str) -> Check:
     return check
 
 
-def whole(low: int, high: int, expected: str = "") -> Check:
+def whole(low: int, high: int, expected: str = "") -> Check[int]:
     """A check for whole numbers, also those that are written as 3.0."""
     expected = expected or f"a whole number from {low} to {high}"
 
-    def check(value: Any, _max_characters: int) -> int:
+    def check(value: object, _max_characters: int) -> int:
         number = int(value) if isinstance(value, float) and value.is_integer() else value
         if type(number) is int and low <= number <= high:
             return number
@@ -98,26 +98,28 @@ def whole(low: int, high: int, expected: str = "") -> Check:
     return check
 
 
-def number(low: float, high: float, expected: str = "a number") -> Check:
+def number(low: float, high: float, expected: str = "a number") -> Check[float]:
     """A check for finite numbers, which become floats."""
 
-    def check(value: Any, _max_characters: int) -> float:
-        if type(value) in (int, float) and low <= value <= high:
+    def check(value: object, _max_characters: int) -> float:
+        if (type(value) is int or type(value) is float) and low <= value <= high:
             return float(value)
         raise Expected(expected)
 
     return check
 
 
-def one_of(words: Sequence[str], expected: str) -> Check:
+def one_of(words: Sequence[str], expected: str) -> Check[object]:
     """A check for one of a few texts."""
     return fits(lambda value, _: isinstance(value, str) and value in words, expected)
 
 
-def listed(check: Check, max_items: int | None = None, expected: str = "a list") -> Check:
+def listed(
+    check: Check[T], max_items: int | None = None, expected: str = "a list"
+) -> Check[tuple[T, ...]]:
     """A check that makes a tuple of a list; `check` is that of the items."""
 
-    def read(value: Any, max_characters: int) -> tuple[Any, ...]:
+    def read(value: object, max_characters: int) -> tuple[T, ...]:
         if not isinstance(value, list):
             raise Expected(expected)
         if max_items is not None and len(value) > max_items:
@@ -152,7 +154,7 @@ class Field(NamedTuple):
 
     name: str
     attribute: str
-    check: Check
+    check: Check[object]
     required: bool
     takes_null: bool
 
@@ -178,7 +180,7 @@ class Reader(Generic[T]):
             for found in _field(each, hints[each.name], null)
         )
 
-    def arguments(self, document: dict[str, Any], max_characters: int = 0) -> dict[str, Any]:
+    def arguments(self, document: Mapping[str, object], max_characters: int = 0) -> dict[str, Any]:
         """The fields of an object by attribute; those left out are not in it.
 
         Raises:
@@ -197,7 +199,7 @@ class Reader(Generic[T]):
                 raise _at(name, error, value) from None
         return found
 
-    def __call__(self, value: Any, max_characters: int = 0) -> T:
+    def __call__(self, value: object, max_characters: int = 0) -> T:
         """Read an object.
 
         Raises:
@@ -209,7 +211,7 @@ class Reader(Generic[T]):
         return self.make(**self.arguments(value, max_characters))
 
 
-def _field(each: inspect.Parameter, hint: Any, null: bool) -> list[Field]:
+def _field(each: inspect.Parameter, hint: object, null: bool) -> list[Field]:
     # `Annotated[...]`, or `Annotated[...] | None`
     marks = [mark for one in (hint, *get_args(hint)) for mark in getattr(one, "__metadata__", ())]
     checks = [mark for mark in marks if callable(mark)]

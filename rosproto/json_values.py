@@ -14,7 +14,7 @@ JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, J
 
 
 def plain(
-    value: Any,
+    value: object,
     *,
     finite: bool = True,
     names: bool = True,
@@ -34,7 +34,7 @@ def plain(
         text: Converts each text, except for keys.
     """
 
-    def one(value: Any) -> Any:
+    def one(value: Any) -> object:
         kind = type(value)
         if value is None or kind is int or kind is bool:
             return value

@@ -20,9 +20,9 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterable
-from typing import IO, Any
+from typing import IO
 
-from rosproto.codec import decode, message_class
+from rosproto.codec import AnyMsg, DynamicMessage, decode, message_class
 from rosproto.errors import CodecError
 from rosproto.files import replace_file
 from rosproto.logs import get_logger
@@ -64,7 +64,7 @@ class RosoutLog:
         self._file: IO[str] | None = self._open()
         self._write(f"\n\n{time.time():.9f}  Node Startup\n")
 
-    def add(self, record: Any) -> None:
+    def add(self, record: DynamicMessage) -> None:
         """Write one rosgraph_msgs/Log."""
         sec, nanosec = record.header.stamp.secs, record.header.stamp.nsecs
         level = _LEVELS.get(record.level, str(record.level))
@@ -160,12 +160,12 @@ class RosoutAggregator:
         if self._log is not None:
             self._log.close()
 
-    def _pass_on(self, message: Any) -> None:
+    def _pass_on(self, message: AnyMsg) -> None:
         if self.node.closed:
             return
         self._out.publish(message)
         if self._log is not None:
             try:
-                self._log.add(decode(self._out.message_class, message._buff))
+                self._log.add(decode(message_class(LOG), message._buff))
             except CodecError as error:
                 _log.debug("! a record of /rosout cannot be read: %s", error)

@@ -14,7 +14,6 @@ import functools
 from collections.abc import Mapping
 from enum import Enum
 from string import Formatter
-from typing import Any
 
 from rosproto.text import printable
 
@@ -34,7 +33,7 @@ class Sentence(str):
 
     __slots__ = ("key", "template", "values")
     template: str
-    values: Mapping[str, Any]
+    values: Mapping[str, object]
     key: str
 
     def __str__(self) -> str:
@@ -57,7 +56,7 @@ class Sentence(str):
         return made if printable(made, keep=keep) == made else printable(made, keep=keep)
 
 
-def say(template: str, /, **values: Any) -> Sentence:
+def say(template: str, /, **values: object) -> Sentence:
     """Make a sentence; the template is its key in the tables of other languages. A `Sentence` is returned as
     it is.
 
@@ -68,17 +67,17 @@ def say(template: str, /, **values: Any) -> Sentence:
     return template if isinstance(template, Sentence) else _made(template, values)
 
 
-def advice(template: str, /, *, key: str, **values: Any) -> Sentence:
+def advice(template: str, /, *, key: str, **values: object) -> Sentence:
     """Make a sentence for Python programs; a command or an API says its own by the key: see `advised`."""
     return _made(template, values, key)
 
 
-def _made(template: str, values: Mapping[str, Any], key: str = "") -> Sentence:
+def _made(template: str, values: Mapping[str, object], key: str = "") -> Sentence:
     text = template.format_map({n: _listed(v) for n, v in values.items()}) if values else template
     return _restored(text, template, {n: _kept(v, n, template) for n, v in values.items()}, key)
 
 
-def _restored(text: str, template: str, values: Mapping[str, Any], key: str = "") -> Sentence:
+def _restored(text: str, template: str, values: Mapping[str, object], key: str = "") -> Sentence:
     sentence = Sentence(text)
     sentence.template = template
     sentence.values = values
@@ -86,7 +85,7 @@ def _restored(text: str, template: str, values: Mapping[str, Any], key: str = ""
     return sentence
 
 
-def _listed(value: Any) -> Any:
+def _listed(value: object) -> object:
     return ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else value
 
 
@@ -102,7 +101,7 @@ class _FormattedValue(str):
         return "".join(self)
 
 
-def _kept(value: Any, name: str, template: str) -> Any:
+def _kept(value: object, name: str, template: str) -> object:
     """The part of a value that a sentence keeps: nothing that may change, be large, or fail to be copied."""
     if isinstance(value, (list, tuple)):
         return [_kept(each, "", "") for each in value]
@@ -142,7 +141,7 @@ def sentence_of(error: BaseException) -> str:
     return str(error)
 
 
-def _advised(value: Any, templates: Mapping[str, str]) -> Any:
+def _advised(value: object, templates: Mapping[str, str]) -> object:
     if isinstance(value, BaseException):
         value = sentence_of(value)
     if isinstance(value, Sentence):
@@ -157,7 +156,7 @@ def shown(text: str, keep: str = "") -> str:
     return text.escaped(keep) if isinstance(text, Sentence) else printable(text, keep=keep)
 
 
-def _escaped(value: Any, keep: str) -> Any:
+def _escaped(value: object, keep: str) -> object:
     if isinstance(value, BaseException):
         value = sentence_of(value)
     if isinstance(value, str):

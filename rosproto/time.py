@@ -6,7 +6,7 @@ programs rely. `Time.now()` needs a clock and belongs to the node.
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import SupportsFloat, TypeVar, overload
 
 from rosproto.coercion import as_float
 
@@ -140,7 +140,7 @@ class TVal:
     def __setstate__(self, state: list[int]) -> None:
         self.secs, self.nsecs = state
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         # Not through __init__, which would normalise a raw wire value.
         return _restore, (type(self), self.secs, self.nsecs)
 
@@ -182,7 +182,7 @@ class Time(TVal):
 
     __hash__ = TVal.__hash__
 
-    def __add__(self, other: object) -> Any:
+    def __add__(self, other: Duration) -> Time:
         """Time + Duration -> Time."""
         if not isinstance(other, Duration):
             return NotImplemented
@@ -190,7 +190,11 @@ class Time(TVal):
 
     __radd__ = __add__
 
-    def __sub__(self, other: object) -> Any:
+    @overload
+    def __sub__(self, other: Time) -> Duration: ...
+    @overload
+    def __sub__(self, other: Duration) -> Time: ...
+    def __sub__(self, other: Time | Duration) -> Time | Duration:
         """Time - Time -> Duration; Time - Duration -> Time."""
         if isinstance(other, Time):
             return Duration(self.secs - other.secs, self.nsecs - other.nsecs)
@@ -218,7 +222,7 @@ class Duration(TVal):
     def __abs__(self) -> Duration:
         return self if self.secs >= 0 else -self
 
-    def __add__(self, other: object) -> Any:
+    def __add__(self, other: Duration) -> Duration:
         """Duration + Duration -> Duration (Duration + Time is Time's own)."""
         if not isinstance(other, Duration):
             return NotImplemented
@@ -226,12 +230,12 @@ class Duration(TVal):
 
     __radd__ = __add__
 
-    def __sub__(self, other: object) -> Any:
+    def __sub__(self, other: Duration) -> Duration:
         if not isinstance(other, Duration):
             return NotImplemented
         return type(self)(self.secs - other.secs, self.nsecs - other.nsecs)
 
-    def __mul__(self, factor: object) -> Any:
+    def __mul__(self, factor: SupportsFloat) -> Duration:
         """Duration * number -> Duration; exact for whole numbers."""
         from numbers import Integral, Real  # late, here and below: abstract classes cost time to import
 
@@ -243,7 +247,11 @@ class Duration(TVal):
 
     __rmul__ = __mul__
 
-    def __floordiv__(self, divisor: object) -> Any:
+    @overload
+    def __floordiv__(self, divisor: Duration) -> int: ...
+    @overload
+    def __floordiv__(self, divisor: SupportsFloat) -> Duration: ...
+    def __floordiv__(self, divisor: Duration | SupportsFloat) -> int | Duration:
         """Duration // Duration -> int; Duration // number -> Duration."""
         from numbers import Real
 
@@ -253,7 +261,11 @@ class Duration(TVal):
             return int(self.to_sec() // divisor.to_sec())
         return NotImplemented
 
-    def __truediv__(self, divisor: object) -> Any:
+    @overload
+    def __truediv__(self, divisor: Duration) -> float: ...
+    @overload
+    def __truediv__(self, divisor: SupportsFloat) -> Duration: ...
+    def __truediv__(self, divisor: Duration | SupportsFloat) -> float | Duration:
         """Duration / Duration -> float; Duration / number -> Duration."""
         from numbers import Real
 
@@ -263,13 +275,13 @@ class Duration(TVal):
             return self.to_sec() / divisor.to_sec()
         return NotImplemented
 
-    def __mod__(self, divisor: object) -> Any:
+    def __mod__(self, divisor: Duration) -> Duration:
         """Duration % Duration -> Duration, the rest of the division."""
         if not isinstance(divisor, Duration):
             return NotImplemented
         return type(self).from_sec(self.to_sec() % divisor.to_sec())
 
-    def __divmod__(self, divisor: object) -> Any:
+    def __divmod__(self, divisor: Duration) -> tuple[int, Duration]:
         """The pair (Duration // Duration, Duration % Duration)."""
         if not isinstance(divisor, Duration):
             return NotImplemented

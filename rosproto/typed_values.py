@@ -216,7 +216,7 @@ _OPERATORS: dict[type[ast.AST], Callable[..., float]] = {
 }
 
 
-def angle_loader(yaml: Any, wrong: Callable[[str, Any], Exception]) -> Any:
+def angle_loader(yaml: Any, wrong: Callable[[str, Any], Exception]) -> type:
     """PyYAML's safe loader with rosparam's angles: deg(90), rad(pi/2), !degrees 90.
 
     Args:
@@ -227,7 +227,7 @@ def angle_loader(yaml: Any, wrong: Callable[[str, Any], Exception]) -> Any:
     class Loader(yaml.SafeLoader):  # type: ignore[misc]
         """A subclass: PyYAML's shared class stays unchanged."""
 
-    def constructor(unit: str) -> Callable[[Any, Any], float]:
+    def constructor(unit: str) -> Callable[..., float]:
         def construct(loader: Any, node: Any) -> float:
             text = loader.construct_scalar(node).strip()
             inner = text[4:-1] if text.startswith(f"{unit[:3]}(") and text.endswith(")") else text

@@ -49,7 +49,7 @@ class WorkerPool:
         self._idle_seconds = idle_seconds
         self._in_caller = in_caller
         # Not SimpleQueue: on a busy machine, its `get` may wait for ever in spite of its timeout.
-        self._waiting: deque[tuple[Future[Any], Callable[[], Any]]] = deque()
+        self._waiting: deque[tuple[Future[Any], Callable[[], object]]] = deque()
         self._changed = threading.Condition()  # reentrant: a signal handler may add a task
         self._threads = self._idle = 0
         self._closed = False
@@ -106,7 +106,7 @@ class WorkerPool:
                 self._do(task, work)
             del task, work  # free the referenced objects
 
-    def _do(self, task: Future[Any], work: Callable[[], Any]) -> None:
+    def _do(self, task: Future[T], work: Callable[[], T]) -> None:
         try:
             deliver = partial(task.set_result, work())
         except BaseException as problem:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rosproto.bag import Connection, RawMessage
+from rosproto.codec import AnyMsg
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.node.definitions.type_argument import bundled_text
@@ -128,8 +129,8 @@ class TopicReceiver:
         self._known: dict[tuple[tuple[str, str], ...], Connection] = {}
         self._known_characters = 0
 
-    def __call__(self, message: Any) -> None:
-        header = message._connection_header
+    def __call__(self, message: AnyMsg) -> None:
+        header = message._connection_header or {}
         if header["type"] == "*":
             self._leave_out(header)
             return

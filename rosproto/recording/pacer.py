@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 from rosproto.codec import message_class
 from rosproto.deprecation import former_parameters
@@ -101,7 +100,7 @@ class RateControl:
         """Stop following."""
         self._subscriber.close()
 
-    def _take(self, message: Any) -> None:
+    def _take(self, message: object) -> None:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
         self._reached_ns = self._position() if stamp is None else stamp.to_nsec()
 

@@ -16,8 +16,9 @@ from io import BytesIO
 from types import ModuleType
 from typing import Any
 
-from rosproto.codec import Message, ValueStyle, message_class, service_class
+from rosproto.codec import Message, ServiceType, ValueStyle, message_class, service_class
 from rosproto.errors import DefinitionError
+from rosproto.protocol.framing import Buffer
 from rosproto.rospy.finder import library
 
 
@@ -28,7 +29,7 @@ def value_style() -> ValueStyle:
     return made
 
 
-def message(name: str) -> Any:
+def message(name: str) -> type[Message]:
     """The class of "package/Type".
 
     Raises:
@@ -37,7 +38,7 @@ def message(name: str) -> Any:
     return message_class(name, library(), value_style=value_style())
 
 
-def service(name: str) -> Any:
+def service(name: str) -> type[ServiceType]:
     """The class of a service, as `message`; it names the file that genpy would have written it to."""
     made = service_class(name, library(), value_style=value_style())
     package, _, base = name.partition("/")
@@ -86,7 +87,7 @@ def _file(parts: list[str]) -> str:
 
 
 def _open(module: ModuleType, package: str, kind: str) -> None:
-    def get(name: str) -> Any:
+    def get(name: str) -> object:
         if name == "__all__":  # asked for by `from ... import *`
             return _listed(package, kind)
         if name.startswith("_") and name[1:] in _bases(package, kind):
@@ -122,7 +123,7 @@ def _listed(package: str, kind: str) -> list[str]:
     return [base + suffix for base in _bases(package, kind) for suffix in suffixes]
 
 
-def _made(package: str, kind: str, name: str) -> Any:
+def _made(package: str, kind: str, name: str) -> type:
     """The class of that name.
 
     Raises:
@@ -134,14 +135,15 @@ def _made(package: str, kind: str, name: str) -> Any:
     for suffix in ("Request", "Response"):
         base = name.removesuffix(suffix)
         if base != name and base in known:
-            return getattr(service(f"{package}/{base}"), suffix)
+            made = service(f"{package}/{base}")
+            return made.Request if suffix == "Request" else made.Response
     return service(f"{package}/{name}")
 
 
 # -- classes that genpy generated ----------------------------------------------------------------------------
 
 
-def is_ours(cls: Any) -> bool:
+def is_ours(cls: object) -> bool:
     """True for a class made from a definition; False for one that genpy generated."""
     return isinstance(cls, type) and issubclass(cls, Message)
 
@@ -176,7 +178,7 @@ def node_class(cls: Any) -> Any:
         message.serialize(buffer)
         return buffer.getvalue()
 
-    def decode(data: Any, start: int, end: int) -> Any:
+    def decode(data: Buffer, start: int, end: int) -> object:
         return cls().deserialize(bytes(data[start:end]))
 
     return type(

@@ -22,7 +22,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 from rosproto.codec import decode, define, service_class
 from rosproto.errors import RosError
@@ -64,7 +64,7 @@ class _LastCall:
     """
 
     def __init__(self, node: Node, call: LastCall) -> None:
-        kind: Any = service_class(call.type, node.definitions.library_for(call.type, "srv"))
+        kind = service_class(call.type, node.definitions.library_for(call.type, "srv"))
         self._service = call.service
         self._client = node.service_client(call.service, kind)
         self._request = decode(kind._request_class, call.data)
@@ -138,7 +138,7 @@ class _LastMessage:
             self._publisher.wait_for_connection(CONNECT_SECONDS)
 
     def send(self) -> None:
-        message: Any = decode(self._class, self.data)
+        message = decode(self._class, self.data)
         if self._class._has_header:
             message.header.stamp = self._node.clock.now()
         self._publisher.publish(message)

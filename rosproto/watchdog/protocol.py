@@ -143,7 +143,7 @@ class Sent:
 
 
 Line = Prepare | Arm | Disarm | Drop | Heartbeat | Ready | Sent
-_KINDS: dict[str, type[Any]] = {kind.__name__: kind for kind in Line.__args__}
+_KINDS: dict[str, type[Line]] = {kind.__name__: kind for kind in Line.__args__}
 
 
 def write_line(line: Line) -> bytes:

@@ -247,7 +247,7 @@ def _read_binary(data: bytes) -> Request:
 _UINT32, _THREE = struct.Struct("<I"), struct.Struct("<III")
 
 
-_OPERATIONS: dict[str, Check] = {
+_OPERATIONS: dict[str, Check[Request]] = {
     "subscribe": Reader(Subscribe),
     "unsubscribe": Reader(Unsubscribe),
     "advertise": Reader(Advertise),

@@ -34,7 +34,7 @@ _PI = math.pi + 1e-6
 _MAX_NUMBER = 1e300
 
 
-def _text(limit: int) -> Check:
+def _text(limit: int) -> Check[object]:
     return fits(lambda v, _: isinstance(v, str) and len(v) <= limit, f"a text of at most {limit} characters")
 
 
