@@ -60,7 +60,7 @@ def to_numpy(
 
 def _cut_out(
     bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None] = lambda _: None
-) -> tuple[NDArray[np.float64], list[NDArray[Any]]] | None:
+) -> tuple[NDArray[np.float64], list[NDArray[np.generic]]] | None:
     """Times and columns, decoding only the first message; None unless all messages share its layout."""
     import numpy as np
 
@@ -71,7 +71,7 @@ def _cut_out(
     if not places.has(paths):
         return None
     times: list[NDArray[np.float64]] = []
-    pieces: list[list[NDArray[Any]]] = []
+    pieces: list[list[NDArray[np.generic]]] = []
     for batch in bag.batches(topic):
         rows = batch.rows
         found = None  # of chunks that overlap in time
@@ -88,12 +88,12 @@ def _cut_out(
 
 def _decoded(
     bag: BagReader, topic: str, paths: list[str], step: Callable[[int], None]
-) -> tuple[list[float], list[NDArray[Any]]]:
+) -> tuple[list[float], list[NDArray[np.generic]]]:
     """Times and columns of messages of any layout; decodes every message."""
     getters = [attrgetter(path) for path in paths]
     columns: list[list[Any]] = [[] for _ in paths]
     times: list[float] = []
-    example: Any = None
+    example: Message | None = None
     for _, message, stamp in bag.read_messages(topic):
         example = message
         times.append(stamp.to_sec())
@@ -104,7 +104,7 @@ def _decoded(
     return times, [_as_array(column, kind) for column, kind in zip(columns, types, strict=True)]
 
 
-def _check_path(message: Any, path: str, topic: str) -> None:
+def _check_path(message: object, path: str, topic: str) -> None:
     """Follow a path in an empty message, so that a wrong one is reported before anything is read."""
     at = message
     for name in path.split("."):
@@ -115,7 +115,7 @@ def _check_path(message: Any, path: str, topic: str) -> None:
         at = getattr(at, name)
 
 
-def _as_array(values: list[Any], dtype: str | None) -> NDArray[Any]:
+def _as_array(values: list[Any], dtype: str | None) -> NDArray[np.generic]:
     import numpy as np
 
     if values and isinstance(values[0], TVal):
@@ -177,7 +177,7 @@ class FieldOffsets:
 
     def take(
         self, blob: bytes, start: NDArray[np.int64], end: NDArray[np.int64], paths: list[str]
-    ) -> list[NDArray[Any]] | None:
+    ) -> list[NDArray[np.generic]] | None:
         """Columns of the messages at these locations; None if any has another layout."""
         if not (end - start == self.size).all():
             return None
@@ -186,7 +186,7 @@ class FieldOffsets:
                 return None
         return [self._column(blob, start, self._places[path]) for path in paths]
 
-    def _column(self, blob: bytes, start: NDArray[np.int64], place: _FieldOffset) -> NDArray[Any]:
+    def _column(self, blob: bytes, start: NDArray[np.int64], place: _FieldOffset) -> NDArray[np.generic]:
         import numpy as np
 
         count = 2 if place.is_time else 1 if place.length is None else place.length
@@ -194,12 +194,12 @@ class FieldOffsets:
             return np.zeros((len(start), 0), place.dtype)
         values = _gather(blob, start + place.offset, place.dtype, count)
         if place.is_time:
-            seconds: NDArray[Any] = values[:, 0] + values[:, 1] / 1e9
+            seconds: NDArray[np.generic] = values[:, 0] + values[:, 1] / 1e9
             return seconds
-        column: NDArray[Any] = values[:, 0] if place.length is None else values
+        column: NDArray[np.generic] = values[:, 0] if place.length is None else values
         return column
 
-    def _walk(self, message: Any, prefix: str, at: int) -> int:
+    def _walk(self, message: Message, prefix: str, at: int) -> int:
         """Record the field offsets of the message at `at`; return the offset of its end."""
         for field in message._spec.fields:
             path, kind = prefix + field.name, field.type
@@ -240,7 +240,7 @@ class FieldOffsets:
         return at + 4 + len(data)
 
 
-def dtype_of(message: Any, path: str) -> str | None:
+def dtype_of(message: Message, path: str) -> str | None:
     """numpy's name for the type of a single number or array of numbers; None for anything else."""
     *way, last = path.split(".")
     for name in way:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, Literal
+from types import ModuleType
+from typing import Literal
 
 from rosproto.errors import BagError
 
@@ -125,7 +126,9 @@ def _lz4_block_bytes(data: bytes | memoryview) -> int:
     return 1 << (2 * code + 8) if 4 <= code <= 7 else 1 << 16
 
 
-def _up_to_damage(decompress: Callable[[Any, int], bytes], data: bytes | memoryview, size: int) -> bytes:
+def _up_to_damage(
+    decompress: Callable[[bytes | memoryview, int], bytes], data: bytes | memoryview, size: int
+) -> bytes:
     """Decompress in small steps up to the damage (bz2's blocks are 900 kB)."""
     got = bytearray()
     try:
@@ -149,9 +152,10 @@ def keep_freed_memory() -> None:
     bytes((32 << 20) - (8 << 10))
 
 
-def _lz4() -> Any:
+def _lz4() -> ModuleType:
     try:
         import lz4.frame  # type: ignore[import-untyped]
     except ModuleNotFoundError as problem:
         raise BagError("LZ4 chunks need the lz4 package: pip install lz4") from problem
-    return lz4.frame
+    frame: ModuleType = lz4.frame
+    return frame

@@ -7,10 +7,15 @@ dataframe, and Dask schedules them.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rosproto.bag.bag_file import BagLimits
 from rosproto.bag.partitioning import PARTITION_BYTES, Damaged, Files, Partition, cluster_module, partitions
+
+if TYPE_CHECKING:
+    from dask.dataframe import DataFrame
+    from pandas import DataFrame as Frame
+    from pyarrow import Table
 
 __all__ = ["read_bags"]
 
@@ -23,7 +28,7 @@ def read_bags(
     size: int = PARTITION_BYTES,
     damaged: Damaged = "raise",
     limits: BagLimits | None = None,
-) -> Any:
+) -> DataFrame:
     """Read a topic of recordings as a dask.dataframe.DataFrame, with every message exactly once.
 
     Args:
@@ -40,11 +45,11 @@ def read_bags(
     return dataframe.from_map(_frame, pieces, meta=_pandas(empty))
 
 
-def _frame(piece: Partition) -> Any:
+def _frame(piece: Partition) -> Frame:
     return _pandas(piece.table())
 
 
-def _pandas(table: Any) -> Any:
+def _pandas(table: Table) -> Frame:
     """A pandas frame with Arrow's types; dictionaries become plain strings, because they differ by piece."""
     import pandas
     import pyarrow

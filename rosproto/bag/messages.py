@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rosproto.bag.message_offsets import MESSAGE_HEAD
 from rosproto.bag.records import Connection
@@ -54,7 +54,7 @@ def raw_messages(
         yield topic, make(RawMessage, (kind, blob[start:end], md5sum, place, connection)), stamp
 
 
-class Decoders(dict[int, tuple[str, Callable[[bytes, int, int], Any]]]):
+class Decoders(dict[int, tuple[str, Decode]]):
     """Topic and decoding function by connection id; each is created on first use.
 
     Args:
@@ -65,13 +65,13 @@ class Decoders(dict[int, tuple[str, Callable[[bytes, int, int], Any]]]):
         super().__init__()
         self._connections = connections
 
-    def __missing__(self, number: int) -> tuple[str, Callable[[bytes, int, int], Any]]:
+    def __missing__(self, number: int) -> tuple[str, Decode]:
         connection = self._connections[number]
         decoder_of_connection = self[number] = connection.topic, decode_function(message_class_of(connection))
         return decoder_of_connection
 
 
-def decoded_messages(run: ChunkMessages, decoders: Decoders) -> Iterator[tuple[str, Any, Time]]:
+def decoded_messages(run: ChunkMessages, decoders: Decoders) -> Iterator[tuple[str, Message, Time]]:
     """A run's messages: topic, message, receive time.
 
     Raises:

@@ -12,7 +12,8 @@ import logging
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from types import ModuleType
+from typing import TYPE_CHECKING, Literal
 
 from rosproto.bag.bag_file import BagLimits
 from rosproto.bag.mcap.reader import McapReader
@@ -22,6 +23,9 @@ from rosproto.bag.records import ChunkInfo, Connection
 from rosproto.bag.remote import is_remote, remote_files
 from rosproto.bag.unindexed_scan import BagIndex
 from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    from pyarrow import RecordBatch, Schema, Table
 
 Damaged = Literal["raise", "skip"]
 Files = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
@@ -53,7 +57,7 @@ class Partition:
     spans: tuple[int, ...] = field(repr=False)
     loose: tuple[int, ...] | None = field(repr=False, default=None)
 
-    def batches(self) -> Iterator[Any]:
+    def batches(self) -> Iterator[RecordBatch]:
         """Its messages as pyarrow.RecordBatch, bounded in size; see `BagReader.to_arrow`.
 
         Raises:
@@ -62,7 +66,7 @@ class Partition:
         with self.open() as bag:
             yield from bag.to_arrow(self.topic, self.fields)
 
-    def schema(self) -> Any:
+    def schema(self) -> Schema:
         """The batches' pyarrow.Schema; reads nothing."""
         from rosproto.bag.arrow import schema_of
         from rosproto.bag.messages import message_class_of
@@ -70,7 +74,7 @@ class Partition:
         first = self.connections[0]
         return schema_of(message_class_of(first), first, self.fields)
 
-    def table(self) -> Any:
+    def table(self) -> Table:
         """All its batches as one pyarrow.Table."""
         from rosproto.bag.arrow.schema import pyarrow
 
@@ -142,7 +146,7 @@ def partitions(
     return found
 
 
-def cluster_module(name: str, package: str) -> Any:
+def cluster_module(name: str, package: str) -> ModuleType:
     """Import a module of Ray or Dask.
 
     Raises:

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.bag.bag_file import BagLimits
 from rosproto.bag.partitioning import PARTITION_BYTES, Damaged, Files, Partition, cluster_module, partitions
+
+if TYPE_CHECKING:
+    from pyarrow import Table
+    from ray.data import Dataset, Datasource, ReadTask
 
 __all__ = ["read_bags"]
 
@@ -25,7 +29,7 @@ def read_bags(
     damaged: Damaged = "raise",
     limits: BagLimits | None = None,
     **options: Any,
-) -> Any:
+) -> Dataset:
     """Read a topic of recordings as a ray.data.Dataset of Arrow blocks, with every message exactly once.
 
     Args:
@@ -43,14 +47,14 @@ def read_bags(
     return data.read_datasource(_source(pieces), **options)
 
 
-def _reader(piece: Partition) -> Callable[[], list[Any]]:
+def _reader(piece: Partition) -> Callable[[], list[Table]]:
     return lambda: [piece.table()]
 
 
-def _source(pieces: list[Partition]) -> Any:
+def _source(pieces: list[Partition]) -> Datasource:
     base: Any = importlib.import_module("ray.data").Datasource
-    metadata: Any = importlib.import_module("ray.data.block").BlockMetadata
-    task: Any = importlib.import_module("ray.data.datasource").ReadTask
+    metadata = importlib.import_module("ray.data.block").BlockMetadata
+    task = importlib.import_module("ray.data.datasource").ReadTask
     schema = pieces[0].schema()
 
     class BagSource(base):  # type: ignore[misc]
@@ -62,7 +66,7 @@ def _source(pieces: list[Partition]) -> Any:
         def estimate_inmemory_data_size(self) -> int:
             return sum(piece.size for piece in pieces)
 
-        def get_read_tasks(self, parallelism: int, *_: Any, **__: Any) -> list[Any]:
+        def get_read_tasks(self, parallelism: int, *_: object, **__: object) -> list[ReadTask]:
             return [
                 task(
                     _reader(piece),
@@ -77,5 +81,4 @@ def _source(pieces: list[Partition]) -> Any:
                 for piece in pieces
             ]
 
-    source: Any = BagSource
-    return source()
+    return BagSource()

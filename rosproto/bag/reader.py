@@ -14,7 +14,7 @@ from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk, read_index_t
 from rosproto.bag.index_section import open_index
 from rosproto.bag.inputs import Stamp, to_ns
 from rosproto.bag.message_offsets import MessageTable
-from rosproto.bag.messages import Decoders, decoded_messages, message_class_of, raw_messages
+from rosproto.bag.messages import Decoders, RawMessage, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
 from rosproto.bag.time_order import Batch, ChunkMessages, ReadAhead, merged, overlapping, runs_of
 from rosproto.codec import Message
@@ -24,6 +24,7 @@ from rosproto.time import Time
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+    from pyarrow import RecordBatchReader
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +198,7 @@ class BagReader:
 
     def _read_messages(
         self, wanted: set[int], low: int | None, high: int | None, raw: bool | str
-    ) -> Iterator[tuple[str, Any, Time]]:
+    ) -> Iterator[tuple[str, Message | RawMessage, Time]]:
         view = raw == "view"
         with system_errors(self.path):
             for run in self.runs(wanted, low, high):
@@ -315,7 +316,7 @@ class BagReader:
         *,
         start_time: Stamp | None = None,
         end_time: Stamp | None = None,
-    ) -> Any:
+    ) -> RecordBatchReader:
         """A topic as a `pyarrow.RecordBatchReader`: batches of bounded size, read on demand.
 
         `.read_all()` makes a Table of it, `.read_pandas()` a DataFrame, and `polars.from_arrow` takes that

@@ -8,9 +8,13 @@ from __future__ import annotations
 import errno
 import io
 import os
-from typing import Any, BinaryIO, cast
+from typing import TYPE_CHECKING, BinaryIO, cast
 
 from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    from fsspec import AbstractFileSystem
+    from fsspec.spec import AbstractBufferedFile
 
 AHEAD = 32 << 10
 """Minimum bytes per request: the head of a chunk and the beginning of its data."""
@@ -68,7 +72,7 @@ def remote_files(url: str) -> list[str]:
     return sorted(filesystem.unstrip_protocol(name) for name in found)
 
 
-def _filesystem(url: str) -> tuple[Any, str]:
+def _filesystem(url: str) -> tuple[AbstractFileSystem, str]:
     try:
         import fsspec
     except ImportError as problem:
@@ -121,7 +125,7 @@ class _RangeFile(io.RawIOBase):
 
     far = True
 
-    def __init__(self, file: Any, url: str, size: int) -> None:
+    def __init__(self, file: AbstractBufferedFile, url: str, size: int) -> None:
         self._file = file
         self.name = url
         self._size = size

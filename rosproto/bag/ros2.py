@@ -12,13 +12,19 @@ import os
 import re
 import shutil
 from collections.abc import Callable
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from rosproto.bag.reader import BagReader
 from rosproto.bag.records import NS
 from rosproto.codec import Message
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import Connection as Ros2Connection
+    from rosbags.interfaces import Qos
+    from rosbags.rosbag2 import Writer
 
 _CONSTANT = re.compile(r"[A-Z][A-Z0-9_]*")
 _HEADER = "std_msgs/msg/Header"
@@ -55,9 +61,9 @@ def write_ros2(bag: BagReader, path: str | os.PathLike[str], step: Callable[[], 
         raise
 
 
-def _write(bag: BagReader, writer: Any, store: _Store, step: Callable[[], None] | None) -> int:
-    targets: dict[int, tuple[str, Any]] = {}
-    known: dict[tuple[str, str, bool], Any] = {}
+def _write(bag: BagReader, writer: Writer, store: _Store, step: Callable[[], None] | None) -> int:
+    targets: dict[int, tuple[str, Ros2Connection]] = {}
+    known: dict[tuple[str, str, bool], Ros2Connection] = {}
     for connection in bag.connections.values():
         name = store.learn(bag.message_class(connection))
         key = connection.topic, name, connection.latching
@@ -96,7 +102,7 @@ class _Store:
     def __init__(self) -> None:
         typesys = _library("typesys")
         self._parse = typesys.get_types_from_msg
-        self._known: dict[str, Any] = {}
+        self._known: dict[str, str] = {}
         modern = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE).fielddefs
         self.types = typesys.get_typestore(typesys.Stores.EMPTY)
         self.types.register(
@@ -137,10 +143,10 @@ class _Store:
             ) from problem
         return name
 
-    def latched(self) -> Any:
+    def latched(self) -> Qos:
         """The ROS 2 quality of service of a latched topic."""
         qos = _library("interfaces")  # the package's own converter writes the same
-        return qos.Qos(
+        latched: Qos = qos.Qos(
             history=qos.QosHistory.KEEP_LAST,
             depth=1,
             reliability=qos.QosReliability.RELIABLE,
@@ -151,6 +157,7 @@ class _Store:
             liveliness_lease_duration=qos.QosTime(0, 0),
             avoid_ros_namespace_conventions=False,
         )
+        return latched
 
 
 def _line(field: FieldLayout) -> str:
@@ -168,7 +175,7 @@ def _constants(layout: Layout) -> list[str]:
     ]
 
 
-def _library(module: str) -> Any:
+def _library(module: str) -> ModuleType:
     try:
         return importlib.import_module(f"rosbags.{module}")
     except ImportError as problem:

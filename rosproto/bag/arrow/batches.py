@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rosproto.bag.arrow.columns import Columns, DefinitionMismatch, from_numpy, offsets_of
 from rosproto.bag.arrow.schema import WantedFields, layout_of, pyarrow, schema_of, time_name, wanted_fields
@@ -14,6 +14,9 @@ from rosproto.bag.records import NS
 from rosproto.codec import Message
 from rosproto.codec.layout import Layout
 from rosproto.errors import BagError
+
+if TYPE_CHECKING:
+    from pyarrow import Array, RecordBatch, RecordBatchReader
 
 BATCH_BYTES = 4 << 20
 BATCH_ROWS = 1 << 16
@@ -59,7 +62,7 @@ class TopicBatches:
         self._times: list[int] = []
         self._size = 0
 
-    def add(self, blob: bytes, places: Iterable[MessageLocation]) -> Iterator[Any]:
+    def add(self, blob: bytes, places: Iterable[MessageLocation]) -> Iterator[RecordBatch]:
         """Add messages of a chunk; yields a pyarrow.RecordBatch whenever one is full.
 
         Args:
@@ -79,7 +82,7 @@ class TopicBatches:
                 parts, times, size = self._parts, self._times, self._size
         self._size = size
 
-    def rest(self) -> Any | None:
+    def rest(self) -> RecordBatch | None:
         """A batch of the remaining messages; None if there are none.
 
         Raises:
@@ -105,7 +108,7 @@ def to_arrow(
     fields: Iterable[str] | None = None,
     start_time: Stamp | None = None,
     end_time: Stamp | None = None,
-) -> Any:
+) -> RecordBatchReader:
     """A topic's messages as a pyarrow.RecordBatchReader, which reads the bag on demand.
 
     Args:
@@ -124,7 +127,7 @@ def to_arrow(
 
 def _batches(
     bag: BagReader, made: TopicBatches, start_time: Stamp | None, end_time: Stamp | None
-) -> Iterator[Any]:
+) -> Iterator[RecordBatch]:
     for _, batch in batches_of(bag, [made], start_time, end_time):
         yield batch
 
@@ -136,7 +139,7 @@ def batches_of(
     end_time: Stamp | None = None,
     *,
     step: Callable[[int], object] | None = None,
-) -> Iterator[tuple[int, Any]]:
+) -> Iterator[tuple[int, RecordBatch]]:
     """Batches of several topics in one pass over the bag: the number of the table, and the batch.
 
     `step` is called after each chunk, with the number of its messages.
@@ -163,7 +166,7 @@ def batches_of(
             yield number, batch
 
 
-def _arrays(parts: list[bytes], layout: Layout, want: WantedFields) -> dict[str, Any]:
+def _arrays(parts: list[bytes], layout: Layout, want: WantedFields) -> dict[str, Array | None]:
     """The wanted fields' arrays; DefinitionMismatch if a message does not fit its definition."""
     import numpy as np
 

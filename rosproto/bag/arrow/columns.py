@@ -18,6 +18,7 @@ from rosproto.codec.reference import LIGHT_PER_BYTE, LIGHT_SPARE
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+    from pyarrow import Array, DataType
 
     Places = NDArray[np.int64]
 
@@ -45,13 +46,13 @@ class Columns:
         # Short messages may have many elements of (nearly) no bytes: limit their memory.
         self._light = LIGHT_SPARE + LIGHT_PER_BYTE * len(blob)
 
-    def take(self, layout: Layout, want: WantedFields) -> dict[str, Any]:
+    def take(self, layout: Layout, want: WantedFields) -> dict[str, Array | None]:
         """The wanted fields' arrays, by path.
 
         Raises:
             DefinitionMismatch: Bytes and definition disagree.
         """
-        found: dict[str, Any] = {}
+        found: dict[str, Array | None] = {}
         at = self._wanted(layout, self._start, self._end, want, "", found)
         # None: fields after the last wanted one were not looked at, so the end is unknown.
         if at is not None and (at != self._end).any():
@@ -59,7 +60,13 @@ class Columns:
         return found
 
     def _wanted(
-        self, layout: Layout, at: Places, end: Places, want: WantedFields, prefix: str, found: dict[str, Any]
+        self,
+        layout: Layout,
+        at: Places,
+        end: Places,
+        want: WantedFields,
+        prefix: str,
+        found: dict[str, Array | None],
     ) -> Places | None:
         """Fill `found`; returns the messages' ends, None if their last fields were not read."""
         left = len(want) - ("" in want)
@@ -89,7 +96,7 @@ class Columns:
 
     def _field(
         self, field: FieldLayout, at: Places, end: Places, *, take: bool, single: bool = True
-    ) -> tuple[Any, Places]:
+    ) -> tuple[Array | None, Places]:
         """A field's array (None unless it is wanted), and the places after it."""
         if field.is_array:
             return self._array(field, at, end, take)
@@ -103,12 +110,12 @@ class Columns:
 
     def _message(
         self, layout: Layout, at: Places, end: Places, take: bool, single: bool
-    ) -> tuple[Any, Places]:
+    ) -> tuple[Array | None, Places]:
         if not layout.fields:
             return (self._pa.nulls(len(at)) if take else None), at
         if not take and layout.fixed_size is not None:
             return None, _moved(at, layout.fixed_size, end)
-        arrays: list[Any] = []
+        arrays: list[Array | None] = []
         for field in layout.fields:
             array, at = self._field(field, at, end, take=take, single=single)
             arrays.append(array)
@@ -117,7 +124,7 @@ class Columns:
         kind = struct_type(layout, single=single)
         return self._pa.StructArray.from_arrays(arrays, fields=list(kind)), at
 
-    def _array(self, field: FieldLayout, at: Places, end: Places, take: bool) -> tuple[Any, Places]:
+    def _array(self, field: FieldLayout, at: Places, end: Places, take: bool) -> tuple[Array | None, Places]:
         import numpy as np
 
         if field.length is None:
@@ -147,7 +154,7 @@ class Columns:
 
     def _elements(
         self, field: FieldLayout, at: Places, end: Places, counts: Places, take: bool
-    ) -> tuple[Any, Places]:
+    ) -> tuple[Array | None, Places]:
         """The elements of arrays of messages or strings, one after the other."""
         import numpy as np
 
@@ -172,7 +179,7 @@ class Columns:
             return None, after
         return self._one(field, places, np.repeat(end, counts), take=True)[0], after
 
-    def _one(self, field: FieldLayout, at: Places, end: Places, *, take: bool) -> tuple[Any, Places]:
+    def _one(self, field: FieldLayout, at: Places, end: Places, *, take: bool) -> tuple[Array | None, Places]:
         if field.layout is not None:
             return self._message(field.layout, at, end, take, False)
         text, after = self._bytes(at, end, take)
@@ -194,7 +201,7 @@ class Columns:
             raise DefinitionMismatch
         return (self._ranges(at, sizes) if take else b"", sizes), at + sizes
 
-    def _gather(self, at: Places, size: int) -> Any:
+    def _gather(self, at: Places, size: int) -> NDArray[np.uint8] | bytes:
         """`size` bytes from each place, joined."""
         return _windows(self._blob, size)[at].view("u1") if len(at) and size else b""
 
@@ -220,12 +227,13 @@ def _moved(at: Places, size: int, end: Places) -> Places:
     return after
 
 
-def _windows(blob: bytes, size: int) -> Any:
+def _windows(blob: bytes, size: int) -> NDArray[np.generic]:
     """A window of `size` bytes at every position of the blob."""
     import numpy as np
 
     kind = f"<u{size}" if size in (1, 2, 4, 8) else f"V{size}"  # numpy copies numbers faster
-    return np.ndarray((max(len(blob) - size + 1, 0),), kind, blob, 0, (1,))
+    windows: NDArray[np.generic] = np.ndarray((max(len(blob) - size + 1, 0),), kind, blob, 0, (1,))
+    return windows
 
 
 # -- arrays of Arrow ----------------------------------------------------------------------------------------
@@ -237,7 +245,7 @@ def _windows(blob: bytes, size: int) -> Any:
 _NS = 1_000_000_000
 
 
-def numbers(field: FieldLayout, plain: Any) -> Any:
+def numbers(field: FieldLayout, plain: NDArray[np.uint8] | bytes) -> Array:
     """A field's values from a buffer of their bytes."""
     import numpy as np
 
@@ -251,7 +259,7 @@ def numbers(field: FieldLayout, plain: Any) -> Any:
     return from_numpy(np.frombuffer(plain, DTYPES[field.base]), number_type(field))
 
 
-def from_numpy(values: NDArray[Any], kind: Any) -> Any:
+def from_numpy(values: NDArray[Any], kind: DataType) -> Array:
     """An Arrow array of this type over the same memory; booleans are packed.
 
     Not `pyarrow.array`, which imports pandas if it is installed.
@@ -263,7 +271,7 @@ def from_numpy(values: NDArray[Any], kind: Any) -> Any:
     return pa.Array.from_buffers(kind, len(values), [None, pa.py_buffer(data)])
 
 
-def texts(plain: bytes, sizes: NDArray[np.int64], *, coded: bool) -> Any:
+def texts(plain: bytes, sizes: NDArray[np.int64], *, coded: bool) -> Array:
     """An array of strings from their joined bytes.
 
     Args:
@@ -284,7 +292,7 @@ def texts(plain: bytes, sizes: NDArray[np.int64], *, coded: bool) -> Any:
     return array.dictionary_encode() if coded else array
 
 
-def listed(field: FieldLayout, values: Any, counts: NDArray[np.int64]) -> Any:
+def listed(field: FieldLayout, values: Array | bytes | None, counts: NDArray[np.int64]) -> Array:
     """Values grouped into lists; bytes for a binary field.
 
     Args:

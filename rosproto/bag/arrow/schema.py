@@ -11,18 +11,22 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from rosproto.bag.records import Connection
 from rosproto.codec import Message
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.errors import BagError, DefinitionError
 
-WantedFields = Mapping[str, Any]
+if TYPE_CHECKING:
+    from pyarrow import DataType, Schema
+
+WantedFields: TypeAlias = "Mapping[str, Literal[True] | WantedFields]"
 """Wanted fields by name: True, or the wanted nested fields."""
 
 
-def schema_of(cls: type[Message], connection: Connection, fields: Iterable[str] | None = None) -> Any:
+def schema_of(cls: type[Message], connection: Connection, fields: Iterable[str] | None = None) -> Schema:
     """The schema that `to_arrow` gives a topic's messages.
 
     Args:
@@ -109,7 +113,7 @@ def is_binary(field: FieldLayout) -> bool:
     return field.is_array and field.code == "B"
 
 
-def arrow_type(field: FieldLayout, *, single: bool) -> Any:
+def arrow_type(field: FieldLayout, *, single: bool) -> DataType:
     """A field's Arrow type.
 
     Args:
@@ -132,7 +136,7 @@ def arrow_type(field: FieldLayout, *, single: bool) -> Any:
     return pa.list_(one, field.length) if field.length else pa.list_(one)
 
 
-def struct_type(layout: Layout, *, single: bool) -> Any:
+def struct_type(layout: Layout, *, single: bool) -> DataType:
     """A message's Arrow type."""
     pa = pyarrow()
     if not layout.fields:
@@ -156,7 +160,7 @@ def _metadata(layout: Layout) -> dict[str, dict[str, str]]:
     return found
 
 
-def number_type(field: FieldLayout) -> Any:
+def number_type(field: FieldLayout) -> DataType:
     """The Arrow type of a number, or of a number in an array."""
     return pyarrow().from_numpy_dtype(DTYPES[field.base])
 
@@ -164,7 +168,7 @@ def number_type(field: FieldLayout) -> Any:
 # -- the optional library -----------------------------------------------------------------------------------
 
 
-def pyarrow() -> Any:
+def pyarrow() -> ModuleType:
     """Import pyarrow.
 
     Raises:
@@ -174,7 +178,8 @@ def pyarrow() -> Any:
         import pyarrow as module
     except ImportError as problem:
         raise BagError('tables need the package pyarrow: pip install ".[arrow]"') from problem
-    return module
+    found: ModuleType = module
+    return found
 
 
 # -- units, from the comments of a definition ---------------------------------------------------------------

@@ -6,7 +6,8 @@ import importlib
 import os
 import struct
 from collections.abc import Callable, Collection, Sequence
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from rosproto.bag.bag_file import BagFile
 from rosproto.bag.chunk import ChunkData
@@ -15,10 +16,14 @@ from rosproto.bag.message_offsets import MessageLocation, MessageTable
 from rosproto.bag.records import NS, ChunkInfo
 from rosproto.errors import BagError
 
+if TYPE_CHECKING:
+    from mcap.records import Chunk, McapRecord
+    from mcap.records import Message as McapMessage
+
 # -- the optional library -----------------------------------------------------------------------------------
 
 
-def library(module: str) -> Any:
+def library(module: str) -> ModuleType:
     """One of the library's modules: "writer", "reader", "stream_reader".
 
     Raises:
@@ -130,7 +135,7 @@ def read_mcap_chunk(source: BagFile, info: ChunkInfo, loose: bool) -> McapChunk:
     reader = library("stream_reader").StreamReader(
         BoundedStream(source, info.pos), skip_magic=True, emit_chunks=True, record_size_limit=limit
     )
-    messages: list[Any] = []
+    messages: list[McapMessage] = []
     try:
         for record in reader.records:
             if loose and type(record).__name__ == "Message":
@@ -151,8 +156,8 @@ def read_mcap_chunk(source: BagFile, info: ChunkInfo, loose: bool) -> McapChunk:
 
 
 def messages_of(
-    source: BagFile, chunk: Any, at: int, others: Callable[[Any], None] | None = None
-) -> list[Any]:
+    source: BagFile, chunk: Chunk, at: int, others: Callable[[McapRecord], None] | None = None
+) -> list[McapMessage]:
     """A chunk record's messages; its schemas and channels go to `others`.
 
     Raises:
@@ -174,7 +179,7 @@ def messages_of(
         raise source.error(f"it cannot be taken apart: {problem or type(problem).__name__}", at) from None
     if not source.records.take(at, len(records)):
         raise source.error("more records than a file of its size may have", at)
-    messages: list[Any] = []
+    messages: list[McapMessage] = []
     for record in records:
         if type(record).__name__ == "Message":
             messages.append(record)

@@ -17,6 +17,8 @@ from rosproto.errors import BagError, DefinitionError
 
 if TYPE_CHECKING:
     import numpy as np
+    from mcap.records import Channel, McapRecord, Schema
+    from mcap.records import Message as McapMessage
     from numpy.typing import NDArray
 
 
@@ -175,7 +177,7 @@ class _Scan:
     def __init__(self, source: BagFile) -> None:
         self._source = source
         self._found = Contents()
-        self._schemas: dict[int, Any] = {}
+        self._schemas: dict[int, Schema] = {}
         self._stated: int | None = None
         self._footer = False
 
@@ -228,15 +230,15 @@ class _Scan:
                 return
             self._keep(at, messages)
 
-    def _others(self, record: Any) -> None:
+    def _others(self, record: McapRecord) -> None:
         self._take(record, -1)
 
-    def _learn(self, channel: Any) -> None:
+    def _learn(self, channel: Channel) -> None:
         if len(self._found.connections) >= MAX_CONNECTIONS:
             raise BagError(f"more than {MAX_CONNECTIONS} channels")
         self._found.connections[channel.id] = connection_of(channel, self._schemas.get(channel.schema_id))
 
-    def _loose(self, message: Any, at: int) -> None:
+    def _loose(self, message: McapMessage, at: int) -> None:
         last = self._found.chunks[-1] if self._found.chunks else None
         if last is None or last.pos not in self._found.loose or sum(last.counts.values()) >= LOOSE:
             self._found.loose.add(at)
@@ -245,7 +247,7 @@ class _Scan:
             last.start, last.end = min(last.start, message.log_time), max(last.end, message.log_time)
             last.counts[message.channel_id] = last.counts.get(message.channel_id, 0) + 1
 
-    def _keep(self, at: int, messages: list[Any]) -> None:
+    def _keep(self, at: int, messages: list[McapMessage]) -> None:
         known = [m for m in messages if m.channel_id in self._found.connections]
         if len(known) < len(messages):
             self._found.lost = True
@@ -258,12 +260,12 @@ class _Scan:
             self._found.chunks.append(ChunkInfo(at, min(times), max(times), counts))
 
 
-def connection_of(channel: Any, schema: Any) -> Connection:
+def connection_of(channel: Channel, schema: Schema | None) -> Connection:
     """A channel as a bag's connection; its metadata are the connection header."""
     header = dict(channel.metadata)
     is_ros1 = channel.message_encoding == "ros1" and schema is not None and schema.encoding == "ros1msg"
     kind = schema.name if schema is not None else ""
-    definition = schema.data.decode("utf-8", "surrogateescape") if is_ros1 else ""
+    definition = schema.data.decode("utf-8", "surrogateescape") if schema is not None and is_ros1 else ""
     md5sum = header.get("md5sum") or (_md5sum(kind, definition) if is_ros1 else "")
     header |= {"type": kind, "md5sum": md5sum, "message_definition": definition}
     header.setdefault("topic", channel.topic)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, BinaryIO, Literal
+from typing import BinaryIO, Literal
 
 from rosproto.bag.inputs import (
     Stamp,
@@ -83,7 +83,7 @@ class McapWriter:
             self.path = name if isinstance(name, str) else None
             self._file, self._owned = file, False
         kind = {"none": "NONE", "lz4": "LZ4", "zstd": "ZSTD"}[compression]
-        self._writer: Any = module.Writer(
+        self._writer = module.Writer(
             self._file, chunk_size=chunk_bytes, compression=module.CompressionType[kind]
         )
         self._chunk_bytes = chunk_bytes
@@ -187,7 +187,7 @@ class McapWriter:
         self._writer.finish()
         self._file.flush()
 
-    def _do(self, act: Any) -> None:
+    def _do(self, act: Callable[[], object]) -> None:
         try:
             act()
         except OSError as problem:
