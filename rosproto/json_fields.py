@@ -114,9 +114,7 @@ def one_of(words: Sequence[str], expected: str) -> Check[object]:
     return fits(lambda value, _: isinstance(value, str) and value in words, expected)
 
 
-def listed(
-    check: Check[T], max_items: int | None = None, expected: str = "a list"
-) -> Check[tuple[T, ...]]:
+def listed(check: Check[T], max_items: int | None = None, expected: str = "a list") -> Check[tuple[T, ...]]:
     """A check that makes a tuple of a list; `check` is that of the items."""
 
     def read(value: object, max_characters: int) -> tuple[T, ...]:

@@ -99,11 +99,11 @@ def part_from(value: object, part: type[DynamicMessage], what: str) -> Any:
 
 def _part(owner: type[Message], name: str) -> type[DynamicMessage]:
     """The class of a field; if possible without making a message, which would generate code."""
-    binding: Binding | None = getattr(owner, "_binding", None)
-    if binding is not None:
-        for field in binding.spec.fields:
-            if field.name == name and "/" in field.type.base and not field.type.is_array:
-                return binding.class_for(field.type.base)
+    binding: Any = getattr(owner, "_binding", None)
+    for field in binding.spec.fields if binding is not None else ():
+        if field.name == name and "/" in field.type.base and not field.type.is_array:
+            part: type[DynamicMessage] = binding.class_for(field.type.base)
+            return part
     return type(getattr(owner(), name))
 
 

@@ -24,6 +24,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from time import perf_counter, time
+from typing import TypeVar
 
 from rosproto.codec import Message
 from rosproto.logs import get_logger
@@ -33,6 +34,7 @@ from rosproto.node.stats import ConnectedLink
 from rosproto.transport.deadline import wait_for
 
 _log = get_logger("rosproto.node")
+T = TypeVar("T")
 
 
 class Inbox:
@@ -427,7 +429,7 @@ class SubscriberQueue:
         """Call `on_links` with the connected links."""
         self._tell(self._on_links, links)
 
-    def _tell(self, callback: Callable[[Any], object] | None, news: Any) -> None:
+    def _tell(self, callback: Callable[[T], object] | None, news: T) -> None:
         if callback is not None:
             try:
                 callback(news)
