@@ -9,7 +9,6 @@ from collections.abc import Callable
 from typing import Any
 
 from rosproto.aio.pool import Pool
-from rosproto.codec import Message
 from rosproto.node.services.client import ServiceClient as ThreadedClient
 from rosproto.node.services.link import Cancellation
 from rosproto.node.services.server import ServiceServer as ThreadedServer
@@ -29,9 +28,7 @@ class ServiceClient:
         self.client = client
         self._pool = pool
 
-    async def call(
-        self, request: Message | None = None, timeout: float | None = 10.0, **fields: object
-    ) -> Any:
+    async def call(self, request: object = None, timeout: float | None = 10.0, **fields: object) -> Any:
         """Call the service; arguments, result and errors as for `rosproto.node.ServiceClient.call`."""
         cancellation = Cancellation()
         return await self._pool.run(

@@ -12,7 +12,6 @@ from rosproto.codec import Message
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.node import Publisher as ThreadedPublisher
 from rosproto.node import Subscriber as ThreadedSubscriber
-from rosproto.protocol.framing import Buffer
 
 
 class Publisher:
@@ -26,7 +25,7 @@ class Publisher:
         self.publisher = publisher
         self._pool = pool
 
-    def publish(self, message: Message | Buffer | None = None, **fields: object) -> None:
+    def publish(self, message: object = None, **fields: object) -> None:
         """Queue a message for every subscriber; it is encoded before this returns."""
         self.publisher.publish(message, **fields)
 

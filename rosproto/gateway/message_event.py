@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any, TypeVar
 
-from rosproto.codec import DynamicMessage, Message
+from rosproto.codec import Message
 from rosproto.errors import RosError
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.definitions.type_argument import learn_type
@@ -119,7 +119,7 @@ class MessageEvent:
         return self.description.type.message_class
 
     @property
-    def message(self) -> DynamicMessage:
+    def message(self) -> Any:
         """The message, decoded with the first use; shared, so do not change it.
 
         Raises:
@@ -127,9 +127,8 @@ class MessageEvent:
         """
         return self.once("message", self._decode)
 
-    def _decode(self) -> DynamicMessage:
-        message: DynamicMessage = self.description.type.decode(self.data, 0, len(self.data))
-        return message
+    def _decode(self) -> Message:
+        return self.description.type.decode(self.data, 0, len(self.data))
 
     def once(self, key: object, make: Callable[..., T], *args: object) -> T:
         """Return `make(*args)`, computed at the first use of `key` and kept for all clients.

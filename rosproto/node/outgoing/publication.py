@@ -9,7 +9,6 @@ publication.cpp where they are silent.
 
 from __future__ import annotations
 
-from rosproto.protocol.framing import Buffer
 import socket
 import threading
 import time
@@ -42,6 +41,7 @@ from rosproto.node.outgoing.frames import (
 from rosproto.node.outgoing.reconnect import SubscriberReconnect
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
 from rosproto.node.stats import LinkStats
+from rosproto.protocol.framing import Buffer
 from rosproto.protocol.handshake import check_subscriber_header, encode_header, publisher_header
 from rosproto.transport.deadline import Deadline, wait_for
 from rosproto.transport.uri import format_address

@@ -10,7 +10,6 @@ from rosproto.errors import LocalProtocolError, RosError, RosTimeout
 from rosproto.node.context import Context
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.stats import LinkStats
-from rosproto.protocol.framing import Buffer
 from rosproto.transport.os_errors import translate
 
 
@@ -90,7 +89,7 @@ class Publisher:
         """Class that each connected subscriber decodes, by caller id: `message_class` or a revision of it."""
         return {link.caller_id: cls for link, cls in self._publication.wanted}
 
-    def publish(self, message: Message | Buffer | None = None, **fields: object) -> None:
+    def publish(self, message: object = None, **fields: object) -> None:
         """Send a message to all subscribers; never waits for a slow subscriber.
 
         The message is encoded before this returns, so later changes to it do not affect the bytes sent. The

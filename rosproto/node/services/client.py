@@ -113,7 +113,7 @@ class ServiceClient:
         """Cached host and port of the provider; None if the next call looks it up."""
         return self._address
 
-    def call(self, request: Message | None = None, timeout: float | None = 10.0, **fields: object) -> Any:
+    def call(self, request: object = None, timeout: float | None = 10.0, **fields: object) -> Any:
         """Call the service and wait for its response.
 
         Args:
@@ -136,7 +136,7 @@ class ServiceClient:
     def call_cancellable(
         self,
         cancellation: Cancellation,
-        request: Message | None = None,
+        request: object = None,
         timeout: float | None = 10.0,
         **fields: object,
     ) -> Any:
@@ -146,7 +146,7 @@ class ServiceClient:
     def _call(
         self,
         cancellation: Cancellation | None,
-        request: Message | None,
+        request: object,
         timeout: float | None,
         fields: Mapping[str, object],
     ) -> Message:
@@ -172,9 +172,7 @@ class ServiceClient:
         response._connection_header = link.header
         return response
 
-    def prepare(
-        self, request: Message | None = None, timeout: float | None = 10.0, **fields: object
-    ) -> PreparedCall:
+    def prepare(self, request: object = None, timeout: float | None = 10.0, **fields: object) -> PreparedCall:
         """Connect and encode a request in advance, so that sending it later does not wait.
 
         The call has its own connection, which is kept until the call or this client is closed, also for a
@@ -204,7 +202,7 @@ class ServiceClient:
 
     __call__ = call
 
-    def _request(self, request: Message | None, fields: Mapping[str, object]) -> Message:
+    def _request(self, request: Any, fields: Mapping[str, object]) -> Message:
         if request is None:
             return self._request_class(**fields)
         if fields:
@@ -214,7 +212,8 @@ class ServiceClient:
             raise TypeError(
                 f"service {self.name}: the request is a {given}, expected {self._request_class._type}"
             )
-        return request
+        message: Message = request
+        return message
 
     def _call_once(
         self, request: Message, body: bytes, deadline: Deadline, cancellation: Cancellation | None
