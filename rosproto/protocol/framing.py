@@ -24,12 +24,13 @@ BATCH = 64  # messages decoded at a time, so that their memory is reused and the
 STEP = 16 << 20  # memory grows with the bytes received, not with the announced length (docs/wire.md, 10)
 
 M = TypeVar("M")
-Buffer = bytes | bytearray | memoryview
-Decode = Callable[[Buffer, int, int], M]
+BytesLike = bytes | bytearray | memoryview
+"""Bytes as they come from a socket or a program, in any of the classes of Python that hold them."""
+Decode = Callable[[BytesLike, int, int], M]
 """(buffer, start, end) -> message."""
 
 
-def frame(payload: Buffer) -> bytes:
+def frame(payload: BytesLike) -> bytes:
     """The payload with its length in front.
 
     Raises:

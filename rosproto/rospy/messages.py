@@ -18,7 +18,7 @@ from typing import Any
 
 from rosproto.codec import Message, ServiceType, ValueStyle, message_class, service_class
 from rosproto.errors import DefinitionError
-from rosproto.protocol.framing import Buffer
+from rosproto.protocol.framing import BytesLike
 from rosproto.rospy.finder import library
 
 
@@ -178,7 +178,7 @@ def node_class(cls: Any) -> Any:
         message.serialize(buffer)
         return buffer.getvalue()
 
-    def decode(data: Buffer, start: int, end: int) -> object:
+    def decode(data: BytesLike, start: int, end: int) -> object:
         return cls().deserialize(bytes(data[start:end]))
 
     return type(

@@ -14,7 +14,7 @@ from rosproto.errors import CodecError, DefinitionError, Md5sumMismatch
 from rosproto.logs import PeerLog
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.definitions.topic_type import TopicType
-from rosproto.protocol.framing import Buffer, Decode
+from rosproto.protocol.framing import BytesLike, Decode
 
 
 class UnconvertibleMessage(Message):
@@ -50,7 +50,7 @@ class RevisedType(TopicType):
         """(buffer, start, end) -> message of our class, or `UnconvertibleMessage`."""
         decode, convert = self.theirs.decode, self.conversion.convert
 
-        def decode_and_convert(buffer: Buffer, start: int, end: int) -> Message:
+        def decode_and_convert(buffer: BytesLike, start: int, end: int) -> Message:
             message = decode(buffer, start, end)  # an error here means that the stream is out of step
             try:
                 converted: Message = convert(message)

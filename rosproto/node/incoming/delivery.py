@@ -14,7 +14,7 @@ from rosproto.errors import CodecError
 from rosproto.node.definitions.md5sum_mismatch import UnconvertibleMessage
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.incoming.subscriber_queue import SubscriberQueue
-from rosproto.protocol.framing import Buffer, Decode
+from rosproto.protocol.framing import BytesLike, Decode
 
 
 class Delivery:
@@ -128,7 +128,7 @@ def encoded(message: Message, header: dict[str, str] | None) -> AnyMsg:
     return raw
 
 
-def raw_message(buffer: Buffer, start: int, end: int) -> AnyMsg:
+def raw_message(buffer: BytesLike, start: int, end: int) -> AnyMsg:
     """An `AnyMsg` with the bytes of one message."""
     message = AnyMsg()
     message._buff = (

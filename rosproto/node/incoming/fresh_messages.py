@@ -15,7 +15,7 @@ from rosproto.errors import RosError
 from rosproto.node.definitions.topic_probe import additional_callerid, address_of
 from rosproto.node.graph.master_client import CallerIdentity
 from rosproto.node.incoming.tcpros_link import FrameReader
-from rosproto.protocol.framing import Buffer
+from rosproto.protocol.framing import BytesLike
 from rosproto.protocol.handshake import check_publisher_header, subscriber_header
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.os_errors import translate
@@ -46,7 +46,7 @@ def fresh_messages(
     """
     type_name, md5sum = message_class._type, message_class._md5sum
 
-    def decoded(buffer: Buffer, start: int, end: int) -> Message:
+    def decoded(buffer: BytesLike, start: int, end: int) -> Message:
         return decode(message_class, bytes(buffer[start:end]))
 
     try:

@@ -15,7 +15,7 @@ from rosproto.codec.conversion import Conversion
 from rosproto.errors import CodecError
 from rosproto.node.definitions.topic_type import TopicType
 from rosproto.node.stats import LinkStats
-from rosproto.protocol.framing import Buffer
+from rosproto.protocol.framing import BytesLike
 
 LARGE = 32 << 10  # bytes; below this one copy costs less than a second system-call argument
 prefix = struct.Struct("<I").pack
@@ -202,7 +202,7 @@ class FrameEncoder:
             )
 
 
-def _raw_frame(data: Buffer) -> Frame:
+def _raw_frame(data: BytesLike) -> Frame:
     if len(data) < LARGE:
         return small_frame(bytes(data))
     return LargeFrame([data if isinstance(data, bytes) else memoryview(data)])
@@ -228,7 +228,7 @@ class ConvertedOutput:
         """As `FrameEncoder.prepare`."""
         prepare(self.type.message_class)
 
-    def frame(self, message: Message | Buffer) -> bytes:
+    def frame(self, message: Message | BytesLike) -> bytes:
         """Convert one of our messages, or its encoded bytes, to a frame of the revision.
 
         Raises:
@@ -246,7 +246,7 @@ class ConvertedOutput:
         whole = frame if isinstance(frame, bytes) else frame.owned()
         return self.frame(memoryview(whole)[4:])
 
-    def send(self, message: Message | Buffer) -> None:
+    def send(self, message: Message | BytesLike) -> None:
         """Send a message to every link of this revision."""
         frame = self.frame(message)
         for link in self.links:

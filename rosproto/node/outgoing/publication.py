@@ -41,7 +41,7 @@ from rosproto.node.outgoing.frames import (
 from rosproto.node.outgoing.reconnect import SubscriberReconnect
 from rosproto.node.outgoing.subscriber_link import SubscriberLink
 from rosproto.node.stats import LinkStats
-from rosproto.protocol.framing import Buffer
+from rosproto.protocol.framing import BytesLike
 from rosproto.protocol.handshake import check_subscriber_header, encode_header, publisher_header
 from rosproto.transport.deadline import Deadline, wait_for
 from rosproto.transport.uri import format_address
@@ -397,7 +397,7 @@ class Publication:
         if revised:
             self._send_converted(message)
 
-    def _send_converted(self, message: Message | Buffer) -> None:
+    def _send_converted(self, message: Message | BytesLike) -> None:
         """Send a message to the subscribers of other revisions."""
         problem: CodecError | None = None
         for output in list(self._revised.values()):
