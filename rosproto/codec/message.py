@@ -12,9 +12,8 @@ from rosproto.codec.binding import Binding, Octets
 from rosproto.msg import MessageSpec
 
 if TYPE_CHECKING:
-    from _typeshed import SupportsWrite
     from numpy.typing import NDArray
-    from typing_extensions import Self
+    from typing_extensions import Self, Writer
 
 __all__ = ["AnyMsg", "DynamicMessage", "Message", "MessageMeta", "ServiceType"]
 
@@ -137,7 +136,7 @@ class Message(metaclass=MessageMeta):
     def _get_types(self) -> list[str]:
         return list(self._slot_types)
 
-    def serialize(self, buff: SupportsWrite[bytes]) -> None:
+    def serialize(self, buff: Writer[bytes]) -> None:
         """Write the encoded message to `buff`, an object with `write(bytes)`.
 
         Raises:
@@ -208,13 +207,13 @@ class Message(metaclass=MessageMeta):
         return new
 
 
-for _lazy in (
+for lazy in (
     _Lazy("_md5sum", lambda b: b.library.md5sum(b.spec.name, kind="msg")),
     _Lazy("_full_text", lambda b: b.library.full_text(b.spec.name, kind="msg")),
     _Lazy("_slot_types", lambda b: [str(field.type) for field in b.spec.fields]),
     _Lazy("_has_views", lambda b: b.has_views),
 ):
-    setattr(Message, _lazy.name, _lazy)
+    setattr(Message, lazy.name, lazy)
 
 
 if TYPE_CHECKING:
