@@ -18,6 +18,7 @@ from woosh_pure.geometry import Pose2D, normalize_angle
 
 if TYPE_CHECKING:
     from woosh_pure.feed.feed import Feed
+    from woosh_pure.maps.marks import UserMark
 
 T = TypeVar("T")
 POSE = ("X", "Y", "DEGREES")
@@ -87,15 +88,20 @@ def png_file(text: str) -> Path:
     return path
 
 
-def marks_here(args: argparse.Namespace) -> dict[str, Pose2D | None]:
-    """Return the poses of the locally known marks by name: those of --sim's hall, else the user's list."""
-    if args.sim:
-        from woosh_pure.sim.site import built_in_site
+def marks_here(args: argparse.Namespace) -> dict[str, UserMark]:
+    """Return the locally known marks by name: those of --sim's hall, else the user's list.
 
-        return {name: mark.pose for name, mark in built_in_site().marks.items()}
-    from woosh_pure.maps.marks import MarkFile
+    Raises:
+        OSError, ValueError: The user's list cannot be read.
+    """
+    from woosh_pure.maps.marks import MarkFile, UserMark
 
-    return {mark.name: mark.pose for mark in MarkFile(config.mark_file())}
+    if not args.sim:
+        return {mark.name: mark for mark in MarkFile(config.mark_file())}
+    from woosh_pure.sim.site import built_in_site
+
+    hall = built_in_site().marks.items()
+    return {name: UserMark(name, mark.pose, charger=mark.charger) for name, mark in hall}
 
 
 def mark_missing(args: argparse.Namespace, wanted: str) -> Sentence:

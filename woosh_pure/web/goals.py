@@ -186,6 +186,7 @@ class Goal:
         start, target: Places in the map, {x, y} in m; None if not known.
         reasons: The reasons not to move when it failed; the cause first.
         said: The robot's message about its end, {text, text_zh}; None without one.
+        ended: Set once it has ended.
     """
 
     id: str
@@ -203,18 +204,12 @@ class Goal:
     reasons: tuple[dict[str, object], ...] = ()
     said: dict[str, str] | None = None
     begun_monotonic: float = field(default_factory=time.monotonic)
+    ended: threading.Event = field(default_factory=threading.Event)
 
     @property
     def done(self) -> bool:
         """True once it has ended. Never waits."""
-        return self.outcome is not None or bool(self.error)
-
-    def wait(self, timeout: float) -> bool:
-        """Block until it has ended, or the time-out is over."""
-        until = time.monotonic() + timeout
-        while not self.done and time.monotonic() < until:
-            time.sleep(0.01)
-        return self.done
+        return self.ended.is_set()
 
     def as_json(self) -> dict[str, object]:
         """The goal as the API sends it."""
@@ -323,9 +318,11 @@ class GoalManager:
             outcome = goal.handle.wait(raises=False)
         except RosError as error:
             goal.error = str(error)
+            goal.ended.set()
             self._journal.end(goal.entry, "not known", str(error))
         else:
-            goal.outcome = outcome  # first, because the following calls may block
+            goal.outcome = outcome
+            goal.ended.set()  # first, because the following calls may block
             goal.reasons = self._reasons(outcome)
             goal.said = None if outcome.arrived else said_part(outcome.text)
             text = for_clients(outcome.sentence())

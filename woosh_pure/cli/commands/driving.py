@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING
 from rosproto.cli import finite, natural, positive, to_float, to_int
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
-from woosh_pure.cli import config
-from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, pose, word_of
+from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, marks_here, pose, word_of
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.follow_goal import DriveLine, follow, report
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import Direction, TaskCommand, TaskType
 from woosh_pure.errors import ChassisError
 from woosh_pure.geometry import Pose2D
-from woosh_pure.maps.marks import MarkFile
 from woosh_pure.values.state import Battery
 
 if TYPE_CHECKING:
@@ -53,16 +51,13 @@ def run_goto(args: Namespace, out: Output) -> int:
 
 
 def _place(args: Namespace, out: Output) -> Pose2D | None:
-    """Return the pose of a place in the user's list; None for marks of the chassis, and with --sim."""
-    if args.sim:
-        return None  # the user's places belong to another map than the simulated hall
-    mark = args.mark
+    """Return the pose of a place in the user's list; None for marks of the chassis, as those of --sim are."""
     try:
-        marks = MarkFile(config.mark_file())
+        mark = marks_here(args).get(args.mark)
     except (OSError, ValueError) as error:
         out.line("no marks: {error}", error=error)
         return None
-    return marks[mark].pose if mark in marks and not marks[mark].on_chassis else None
+    return None if mark is None or mark.on_chassis else mark.pose
 
 
 def _several(words: list[str]) -> str:

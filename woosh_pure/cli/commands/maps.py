@@ -203,7 +203,7 @@ def _simulated_marks(args: Namespace, out: Output) -> None:
         raise ValueError(
             "--sim ends with this command, and your list is for real robots; give another one: --file FILE"
         )
-    marks = [UserMark(name, where) for name, where in sorted(marks_here(args).items())]
+    marks = [mark for _, mark in sorted(marks_here(args).items())]
     _print_marks(marks, out)
     out.result(marks)
 

@@ -113,11 +113,11 @@ def _plan_target(args: Namespace) -> Pose2D:
     """Return the pose of three numbers or of a locally known mark: the chassis reports no poses of marks."""
     if args.degrees is not None:
         return pose((to_float(args.mark), args.y, args.degrees)).require_finite()
-    target = marks_here(args).get(args.mark) if args.y is None else None
-    if target is None:
+    mark = marks_here(args).get(args.mark) if args.y is None else None
+    if mark is None or mark.pose is None:
         wrong = say("{place}: give X Y DEGREES, or a mark whose pose is known here", place=args.mark)
         raise ValueError(mark_missing(args, wrong))
-    return target
+    return mark.pose
 
 
 _COSTMAP_SAID = {

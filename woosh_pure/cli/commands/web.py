@@ -14,7 +14,7 @@ from rosproto.cli import CommandError, add_token, host, never_wait_for_stdout, p
 from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.transport import allow_open_files
-from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host
+from woosh_pure.cli.arguments import add_watchdog, each_chassis, marks_here, named_host
 from woosh_pure.cli.connection import connect, reaching, watchdog_of
 from woosh_pure.cli.output import Output
 from woosh_pure.maps.marks import MarkFile, UserMark
@@ -203,10 +203,7 @@ def _marks(args: Namespace, out: Output) -> Iterable[UserMark]:
             raise ValueError(say("--marks {marks}: there is no such file", marks=args.marks))
         return MarkFile(args.marks)
     if args.sim:
-        from woosh_pure.sim.site import built_in_site
-
-        hall = built_in_site().marks
-        return [UserMark(name, mark.pose, charger=mark.charger) for name, mark in hall.items()]
+        return marks_here(args).values()
     try:
         return MarkFile(config.mark_file())
     except (OSError, ValueError) as error:

@@ -179,7 +179,7 @@ def _cancelled(number: str, request: Request) -> Goal:
     if not found.done:
         robot.journal.note(name_of(request), command("cancel", goal=found.id))
         found.handle.cancel()
-        found.wait(CANCEL_SECONDS)
+        found.ended.wait(CANCEL_SECONDS)
     return found
 
 
