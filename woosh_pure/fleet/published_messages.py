@@ -1,5 +1,5 @@
 """The messages that a vehicle publishes, as JSON objects: connection, state, visualization and factsheet, and
-the header of each. `MessagePublisher` sends them.
+the header of each.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import time
 from collections.abc import Mapping, Sequence
 
 from rosproto.version import __version__
-from woosh_pure.fleet.broker_connection import BrokerConnection
 from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages import elements, parsing
@@ -19,7 +18,6 @@ from woosh_pure.fleet.order.action_states import BUILT_IN, SupportedAction
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
-from woosh_pure.fleet.state_file import Journal
 from woosh_pure.values import Parameters
 
 # -- the header of each message ------------------------------------------------------------------------------
@@ -252,54 +250,3 @@ def factsheet_message(
         physical.update(angularSpeedMin=0.0, angularSpeedMax=turn)
         message["vehicleConfig"] = {"versions": [{"key": "woosh-pure", "value": __version__}]}
     return message
-
-
-# -- sending -------------------------------------------------------------------------------------------------
-
-
-class MessagePublisher:
-    """Sends the messages of one vehicle; the connection sends its connection messages itself.
-
-    Args:
-        config: The vehicle.
-        connection: Its connection with the broker.
-        headers: Makes the messages' headers.
-        journal: Each state is noted there; None notes nothing.
-
-    Attributes:
-        outline: Corners (x, y) in m in base_link, for the factsheet.
-    """
-
-    def __init__(
-        self,
-        config: VehicleConfig,
-        connection: BrokerConnection,
-        headers: MessageHeaders,
-        journal: Journal | None,
-    ) -> None:
-        self._config, self._connection, self._headers, self._journal = config, connection, headers, journal
-        self.outline: Sequence[tuple[float, float]] = tuple((float(x), float(y)) for x, y in config.footprint)
-
-    def send_state(self, order: OrderState, facts: ChassisFacts) -> None:
-        """Send the state; does nothing while the broker is not connected."""
-        self._connection.revive()
-        if not self._connection.connected.is_set():
-            return
-        message = state_message(order, facts, self._headers.header("state"), self._config.version)
-        self._connection.send("state", message)
-        if self._journal is not None:
-            actions = [f"{each.action.id} {each.status.value}" for each in order.action_states[-5:]]
-            errors = [problem.kind for problem in order.problems]
-            self._journal.note(f"> state {message['headerId']}: at {order.last_node}, {actions}, {errors}")
-
-    def send_visualization(self, facts: ChassisFacts) -> None:
-        """Send pose and velocity."""
-        self._connection.send(
-            "visualization", visualization_message(facts, self._headers.header("visualization"))
-        )
-
-    def send_factsheet(self, limits: Capabilities, known: Parameters | None) -> None:
-        """Send the factsheet, from the vehicle's capabilities and the chassis's driving parameters."""
-        header = self._headers.header("factsheet")
-        message = factsheet_message(self._config, limits, header, known, self.outline)
-        self._connection.send("factsheet", message, retain=True)

@@ -42,7 +42,12 @@ from woosh_pure.fleet.order.events import Effect, Event
 from woosh_pure.fleet.order.rules import goes_on_from
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities, within_deviation
 from woosh_pure.fleet.persistent_order import PersistentOrder
-from woosh_pure.fleet.published_messages import MessageHeaders, MessagePublisher
+from woosh_pure.fleet.published_messages import (
+    MessageHeaders,
+    factsheet_message,
+    state_message,
+    visualization_message,
+)
 from woosh_pure.fleet.state_file import Journal, Store, StoreInUse
 
 _log = get_logger("woosh_pure.fleet.vehicle")
@@ -108,11 +113,11 @@ class Vehicle:
         self._due = self._inbox.due
         self._order = PersistentOrder(self.limits, store, config.prefix)
         self._store = store
-        headers = MessageHeaders(config.version, config.manufacturer, config.serial)
+        self._headers = MessageHeaders(config.version, config.manufacturer, config.serial)
         self._connection = BrokerConnection(
-            broker, config.prefix, headers.connection_message, self._on_message, self._on_connected
+            broker, config.prefix, self._headers.connection_message, self._on_message, self._on_connected
         )
-        self._publisher = MessagePublisher(config, self._connection, headers, self._journal)
+        self._outline = tuple((float(x), float(y)) for x, y in config.footprint)  # for the factsheet
         self._monitor = ChassisMonitor(chassis, self.facts, self._on_motion, self._on_path, self._inbox.flag)
         self._standing = StandingCheck(chassis, lambda: self._inbox.flag("motion"))
         self._driver = DriveRunner(
@@ -418,7 +423,8 @@ class Vehicle:
                 self._publish_state()
             elif name == "visualization":
                 self._due[name] = now + self.config.visualization
-                self._publisher.send_visualization(self.facts)
+                header = self._headers.header(name)
+                self._connection.send(name, visualization_message(self.facts, header))
             elif name == "dropped":
                 self._report_dropped()
             elif name == "rest":
@@ -511,14 +517,25 @@ class Vehicle:
 
     def _publish_state(self) -> None:
         self._due["state"] = time.monotonic() + STATE_EVERY
-        self._publisher.send_state(self._order.state, self.facts)
+        self._connection.revive()
+        if not self.connected:
+            return
+        state = self._order.state
+        message = state_message(state, self.facts, self._headers.header("state"), self.config.version)
+        self._connection.send("state", message)
+        if self._journal is not None:
+            actions = [f"{each.action.id} {each.status.value}" for each in state.action_states[-5:]]
+            errors = [problem.kind for problem in state.problems]
+            self._journal.note(f"> state {message['headerId']}: at {state.last_node}, {actions}, {errors}")
 
     def _publish_factsheet(self) -> None:
-        self._publisher.send_factsheet(self.limits, self._monitor.parameters)
+        header, parameters = self._headers.header("factsheet"), self._monitor.parameters
+        message = factsheet_message(self.config, self.limits, header, parameters, self._outline)
+        self._connection.send("factsheet", message, retain=True)
 
     def _learn_footprint(self) -> None:
         """Use the footprint of the navigation instead of the configured one."""
         found = navigation_footprint(self.chassis)
         if found:
-            self._publisher.outline = found
+            self._outline = found
             self._inbox.flag("parameters")
