@@ -34,8 +34,9 @@ from woosh_pure.sim.graph import Graph
 from woosh_pure.sim.message_builders import PERIODIC, fill_plan, fill_status, fill_transforms, stamp
 from woosh_pure.sim.motions import PathMotion
 from woosh_pure.sim.navigation_client import NavigationClient
+from woosh_pure.sim.network import Network
 from woosh_pure.sim.planner import Costmap
-from woosh_pure.sim.ros_handlers import RosHandlers, Simulation
+from woosh_pure.sim.ros_handlers import RosHandlers
 from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site
 from woosh_pure.sim.world import World
@@ -56,7 +57,7 @@ COSTMAP_EVERY = 1.0
 """Seconds between two costmaps while the topic has subscribers (assumed)."""
 
 
-class SimulatedChassis(Simulation):
+class SimulatedChassis:
     """A simulated chassis. Use it in a `with` block, or call `start` and `close`.
 
     If this process may open fewer than 1024 files (macOS: 256), it raises the limit.
@@ -82,6 +83,10 @@ class SimulatedChassis(Simulation):
     Attributes:
         world: The simulated world; hold `lock` while using it.
         lock: A condition, notified after every step.
+        network: Delays and interruptions.
+        reply_delay: See above.
+        closing: Whether it is closing.
+        clock_ahead: Seconds that the robot's clock is ahead of this computer's.
     """
 
     def __init__(
@@ -106,7 +111,13 @@ class SimulatedChassis(Simulation):
                 say("speed {speed}: expected 0.05 to 100 simulated seconds per second", speed=speed)
             )
         self.firmware = firmware_named(firmware)
-        super().__init__(World(site, settings), reply_delay)
+        self.world = World(site, settings)
+        self.lock = threading.Condition()
+        self.network = Network()
+        self.reply_delay = reply_delay
+        self.closing = False
+        self.clock_ahead = 0.0
+        self._epoch = time.time()
         self.speed = speed
         self._given_uri, self._host, self._port = master_uri, host, port
         self._full, self._latch = full_graph, latch_status
@@ -212,6 +223,11 @@ class SimulatedChassis(Simulation):
         return self._graph
 
     # -- time ------------------------------------------------------------------------------------------------
+
+    @property
+    def now(self) -> float:
+        """The robot's time, s since 1970; it jumps ahead if the computer was too busy."""
+        return self._epoch + self.world.time + self.clock_ahead
 
     def _run(self) -> None:
         next_tick = time.monotonic()

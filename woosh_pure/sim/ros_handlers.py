@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
@@ -17,12 +16,11 @@ from woosh_pure.motion.steps import Step
 from woosh_pure.sim.avoidance import NavigationSettings
 from woosh_pure.sim.message_builders import fill_plan
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
-from woosh_pure.sim.network import Network
 from woosh_pure.sim.tasks import TaskRequest
-from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type, pose_of, stamped_pose
 
 if TYPE_CHECKING:
+    from woosh_pure.sim.chassis import SimulatedChassis
     from woosh_pure.sim.graph import RobotGoal
 
 Feedback = Callable[[Motion], DynamicMessage]
@@ -68,37 +66,10 @@ def _finite(*numbers: float) -> bool:
     return all(map(math.isfinite, numbers))
 
 
-class Simulation:
-    """What the handlers share with the simulated chassis.
-
-    Attributes:
-        world: The simulated world; hold `lock` while using it.
-        lock: A condition, notified after every step.
-        network: Delays and interruptions.
-        reply_delay: Seconds by which replies of /exec_task are delayed.
-        closing: Whether the simulation ends.
-        clock_ahead: Seconds that the robot's clock is ahead of this computer's.
-    """
-
-    def __init__(self, world: World, reply_delay: float) -> None:
-        self.world = world
-        self.lock = threading.Condition()
-        self.network = Network()
-        self.reply_delay = reply_delay
-        self.closing = False
-        self.clock_ahead = 0.0
-        self._epoch = time.time()
-
-    @property
-    def now(self) -> float:
-        """The robot's time, s since 1970; it jumps ahead if the computer was too busy."""
-        return self._epoch + self.world.time + self.clock_ahead
-
-
 class RosHandlers:
     """The handlers, called in the library's threads; each holds the world's lock briefly."""
 
-    def __init__(self, sim: Simulation) -> None:
+    def __init__(self, sim: SimulatedChassis) -> None:
         self._sim = sim
         self._world = sim.world
         self.services = {
