@@ -11,7 +11,7 @@ import threading
 import time
 from typing import TextIO
 
-from rosproto.cli.console import own
+from rosproto.cli.console import is_terminal, own
 from rosproto.text import cut, human_bytes, padded, printable, width
 
 FIRST_AFTER = 1.0
@@ -27,9 +27,10 @@ class Progress:
         stream: Output; nothing is written unless it is a terminal.
         quiet: Write nothing.
         in_bytes: The steps are bytes.
+        announced: Print `what ...` once where the stream is not a terminal.
 
     Attributes:
-        on: Whether anything is written.
+        on: Whether the line is written.
     """
 
     def __init__(
@@ -40,12 +41,14 @@ class Progress:
         stream: TextIO | None = None,
         quiet: bool = False,
         in_bytes: bool = False,
+        announced: bool = False,
     ) -> None:
         self._what = what
         self._total = total
         self._stream = stream or sys.stderr
         self._quiet = quiet
-        self.on = not quiet and self._stream.isatty()
+        self.on = not quiet and is_terminal(self._stream)
+        self._announced = announced and not quiet
         self._began = time.monotonic()
         self._shown = 0
         self._count = 0
@@ -55,9 +58,13 @@ class Progress:
         self._ticker: threading.Thread | None = None
 
     def __enter__(self) -> Progress:
-        if self.on and self._what:
-            self._ticker = threading.Thread(target=self._tick, name="progress", daemon=True)
-            self._ticker.start()
+        if self._what and (self.on or self._announced):
+            ticker = threading.Thread(target=self._tick, name="rosproto:progress", daemon=True)
+            try:
+                ticker.start()
+            except RuntimeError:
+                return self  # no thread can be started: a stop must not fail for missing output
+            self._ticker = ticker
         return self
 
     def __exit__(self, *exc: object) -> None:
@@ -73,6 +80,9 @@ class Progress:
             with self._lock:
                 text = self.text(time.monotonic() - self._began)
             try:
+                if not self.on:
+                    self.note(f"{self._what} ...")
+                    return
                 self.show(_end_of(text, _room()))
             except (OSError, ValueError):
                 return  # the terminal has gone: the command detects it

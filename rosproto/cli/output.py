@@ -8,20 +8,16 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
-import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from typing import TextIO
 
 from rosproto.cli.bag_progress import Progress
-from rosproto.cli.console import enable_escapes, is_terminal, json_text, own, shows_unicode
+from rosproto.cli.console import enable_escapes, json_text, own, shows_unicode
 from rosproto.json_values import plain
 from rosproto.sentence import say
 from rosproto.text import padded, printable
 
 _COLOURS = {"red": "31", "green": "32", "yellow": "33", "blue": "34", "bold": "1", "dim": "2"}
-_FIRST_SIGN = 1.0
 
 
 class Output:
@@ -110,42 +106,12 @@ class Output:
         if not self._said:
             self.result({"ok": False, "error": text, "exit_code": code})
 
-    @contextmanager
-    def working(self, what: str) -> Iterator[None]:
-        """Show progress on stderr after one second.
+    def working(self, what: str) -> Progress:
+        """Show progress on stderr after one second, in a `with` block; nothing with --json.
 
         On a terminal, one line counts the seconds; elsewhere it is a single line.
         """
-        done = threading.Event()
-        what = self.say(what)
-        thread = threading.Thread(target=_show_life, args=(what, done), name="woosh:progress", daemon=True)
-        if not self.as_json:
-            try:
-                thread.start()
-            except RuntimeError:
-                pass  # no thread can be started: a stop must not fail for missing output
-        try:
-            yield
-        finally:
-            done.set()
-            if thread.is_alive():
-                thread.join(1.0)
+        return Progress(self.say(what), quiet=self.as_json, announced=True)
 
     def _write(self, text: str) -> None:
         print(text, file=own(self._stream), flush=True)
-
-
-def _show_life(what: str, done: threading.Event) -> None:
-    began = time.monotonic()
-    if done.wait(_FIRST_SIGN):
-        return
-    stream = sys.stderr
-    try:
-        if not is_terminal(stream):
-            print(f"{what} ...", file=stream, flush=True)
-            return
-        with Progress("", stream=stream) as line:
-            while not done.wait(0.2):
-                line.show(f"{what} ... {time.monotonic() - began:.0f} s ")
-    except (OSError, ValueError):
-        return  # the reader has gone

@@ -89,14 +89,14 @@ def test_colours_on_a_terminal_unless_told_not_to(monkeypatch) -> None:
 
 
 def test_a_sign_of_life_after_a_second(monkeypatch) -> None:
-    monkeypatch.setattr("rosproto.cli.output._FIRST_SIGN", 0.01)
+    monkeypatch.setattr("rosproto.cli.bag_progress.FIRST_AFTER", 0.01)
     seen = io.StringIO()
     monkeypatch.setattr(sys, "stderr", seen)
     out = Output(stream=io.StringIO())
     with out.working("thinking"):
         until(lambda: seen.getvalue().endswith("\n"), what="the first sign")
     assert seen.getvalue() == "thinking ...\n"
-    monkeypatch.setattr("rosproto.cli.output._FIRST_SIGN", 60.0)
+    monkeypatch.setattr("rosproto.cli.bag_progress.FIRST_AFTER", 60.0)
     with out.working("quick"):
         pass
     assert seen.getvalue() == "thinking ...\n"
