@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 from rosproto.aio.pool import Pool
-from rosproto.gateway.access import Access
+from rosproto.gateway.access import Access, Refused
 from rosproto.gateway.client_limits import READER_BYTES, GatewayLimits
 from rosproto.gateway.client_publications import ClientPublications
 from rosproto.gateway.json_text import JsonReader
@@ -19,6 +20,8 @@ from rosproto.node import Node
 from rosproto.watchdog import Watchdog
 
 Self = TypeVar("Self", bound="GatewayServer")
+CALLS = 256  # service calls and goals of all clients; each has a thread
+LONG_CALLS = 8  # of those, with long arguments: each takes some megabytes until it ends
 
 
 class GatewayState:
@@ -48,12 +51,43 @@ class GatewayState:
         self.shared_subscriptions = SharedSubscriptions(node, limits)
         self.velocity_watchdog = VelocityWatchdog(node.clock.now)
         self.publications = ClientPublications(node, self.velocity_watchdog, watchdog=watchdog)
+        self._counting = threading.Lock()
+        self._waiting = self._waiting_long = 0
 
     @property
     def max_message_bytes(self) -> int:
         """Longest message of a client in bytes: less where nothing may be written."""
         limit = self.limits.message_bytes
         return limit if self.access.writes_anything else min(READER_BYTES, limit)
+
+    @contextmanager
+    def waiting(self, *, long: bool = False) -> Iterator[None]:
+        """Count a call or goal that waits for its answer.
+
+        Args:
+            long: Its arguments are long.
+
+        Raises:
+            Refused: Too many wait.
+        """
+        with self._counting:
+            if self._waiting >= CALLS:
+                raise Refused(
+                    f"{CALLS} calls of all clients together have not been answered; try again later"
+                )
+            if long and self._waiting_long >= LONG_CALLS:
+                raise Refused(
+                    f"{LONG_CALLS} calls and goals with long arguments, of all clients together, "
+                    "have not ended; try again later"
+                )
+            self._waiting += 1
+            self._waiting_long += long
+        try:
+            yield
+        finally:
+            with self._counting:
+                self._waiting -= 1
+                self._waiting_long -= long
 
     def close(self, timeout: float) -> None:
         """Release everything, after the sessions have ended."""

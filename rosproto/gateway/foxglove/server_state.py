@@ -31,7 +31,6 @@ _log = get_logger("rosproto.gateway")
 
 MASTER_STATUS = "master"  # id of the status about the master
 FIRST_VIEW_SECONDS = 3.0  # the first viewer waits for a view of the graph
-CALLS = 256  # service calls of all viewers; each has a thread
 
 
 class ClientFacts(NamedTuple):
@@ -69,7 +68,6 @@ class ServerState(GatewayState):
 
     Attributes:
         run: Id of this run of the master, sent to viewers.
-        free_calls: Service calls that may still begin.
         refusals: Number of refused writes.
     """
 
@@ -87,7 +85,6 @@ class ServerState(GatewayState):
         super().__init__(node, "foxglove", access, limits, watchdog)
         self.name, self.assets = name, assets
         self.run = uuid.uuid4().hex
-        self.free_calls = threading.Semaphore(CALLS)
         self.refusals = 0
         self._local = {topic.name: topic for topic in topics}
         self.advertised = AdvertisedChannels(node, access, self._local.values())

@@ -26,7 +26,7 @@ from rosproto.gateway.foxglove.client_publish import ClientPublisher
 from rosproto.gateway.foxglove.graph import ConnectionGraph, GraphView, connection_graph
 from rosproto.gateway.foxglove.messages import Level
 from rosproto.gateway.foxglove.parameters import ViewerParameters
-from rosproto.gateway.foxglove.server_state import CALLS, ClientFacts, ServerState
+from rosproto.gateway.foxglove.server_state import ClientFacts, ServerState
 from rosproto.gateway.foxglove.services import call
 from rosproto.gateway.json_text import is_short
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
@@ -306,9 +306,6 @@ class FoxgloveSession:
         elif not self._free_calls.acquire(blocking=False):
             limit = state.limits.calls_per_client
             problem = f"{limit} calls of this client wait for their answers, which is the limit"
-        elif not state.free_calls.acquire(blocking=False):
-            self._free_calls.release()
-            problem = f"{CALLS} calls of all clients wait for their answers, which is the limit"
         else:
             state.pool.spawn(partial(self._wait_for_answer, service, asked))
             return
@@ -318,7 +315,8 @@ class FoxgloveSession:
         state = self._state
         answer: str | bytes
         try:
-            answer = messages.service_response(asked, call(service, asked, state))
+            with state.waiting():
+                answer = messages.service_response(asked, call(service, asked, state))
         except (Refused, RosError) as problem:
             answer = messages.service_failure(asked, str(problem))
         except Exception as problem:
@@ -326,7 +324,6 @@ class FoxgloveSession:
             _log.exception("! foxglove: a call of %s for %s", service.name, self.channel.peer)
         finally:
             self._free_calls.release()
-            state.free_calls.release()
         self._send(answer)
 
     def _fetch(self, asked: messages.FetchAsset) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 from rosproto.codec import Message, ServiceType, message_class, service_class
 from rosproto.gateway.access import Access, Refused
@@ -18,8 +16,6 @@ from rosproto.logs import PeerLog
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
 
-CALLS = 256  # service calls and goals of all clients; each has a thread
-LONG_CALLS = 8  # of those, with long arguments: each takes some megabytes until it ends
 LONG_MESSAGES = 2  # of all clients, handled at a time
 
 
@@ -53,42 +49,12 @@ class ServerState(GatewayState):
         self.long_messages = asyncio.Semaphore(LONG_MESSAGES)
         self.reading = asyncio.Lock()
         self._lock = threading.Lock()
-        self._waiting = self._waiting_long = 0
         self._actions: set[str] = set()
 
     def close(self, timeout: float) -> None:
         """Release everything, after the sessions have ended."""
         self.tf.close()
         super().close(timeout)
-
-    @contextmanager
-    def waiting(self, *, long: bool = False) -> Iterator[None]:
-        """Count a call or goal that waits for its answer.
-
-        Args:
-            long: Its arguments are long.
-
-        Raises:
-            Refused: Too many wait.
-        """
-        with self._lock:
-            if self._waiting >= CALLS:
-                raise Refused(
-                    f"{CALLS} calls of all clients together have not been answered; try again later"
-                )
-            if long and self._waiting_long >= LONG_CALLS:
-                raise Refused(
-                    f"{LONG_CALLS} calls and goals with long arguments, of all clients together, "
-                    "have not ended; try again later"
-                )
-            self._waiting += 1
-            self._waiting_long += long
-        try:
-            yield
-        finally:
-            with self._lock:
-                self._waiting -= 1
-                self._waiting_long -= long
 
     def take_action(self, name: str) -> None:
         """Reserve the name of an action for a client.
