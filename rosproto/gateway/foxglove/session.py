@@ -7,14 +7,14 @@ answer. Messages of topics arrive in the node's threads, changes of the graph in
 
 from __future__ import annotations
 
+import asyncio
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable
+from concurrent.futures import Future
 from functools import partial
 from typing import Any, Protocol
 
-from rosproto.aio.pool import Pool
 from rosproto.errors import RosError
 from rosproto.gateway.access import Refused
 from rosproto.gateway.chunks import framed
@@ -31,6 +31,7 @@ from rosproto.gateway.foxglove.services import call
 from rosproto.gateway.json_text import is_short
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
 from rosproto.logs import get_logger
+from rosproto.worker_pool import WorkerPool
 
 _log = get_logger("rosproto.gateway")
 
@@ -55,8 +56,9 @@ class FoxgloveSession:
         self._closed = False
         self._lock = threading.RLock()
         self._status_times: dict[str, float] = {}
-        self._queue = _Queue(state.pool)
-        self._publishing = ClientPublisher(state, self, self._queue.put)
+        self._worker = WorkerPool(f"rosproto:foxglove {channel.peer}", 1, daemon=True)
+        self._requests: set[Future[None]] = set()  # that wait for the robot, and the one under way
+        self._publishing = ClientPublisher(state, self, self._put)
         self._channels: dict[str, AdvertisedChannel] = {}
         self._services: dict[str, AdvertisedService] = {}
         self._subscriptions: dict[int, _Subscription] = {}
@@ -75,7 +77,7 @@ class FoxgloveSession:
         self._to_close: list[Closable] = []
         self._send(messages.server_info(state.name, state.capabilities(), state.run))
         first = state.add(self)
-        self._queue.put(lambda: state.welcome(self, first))
+        self._put(lambda: state.welcome(self, first))
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -130,9 +132,17 @@ class FoxgloveSession:
         elif isinstance(asked, messages.Unadvertise):
             self._publishing.unadvertise(asked)
         else:
-            self._queue.put(partial(self._perform[type(asked)], asked))
-        if self._queue.full:
-            await state.pool.run(self._queue.wait_for_room)
+            self._put(partial(self._perform[type(asked)], asked))
+        while len(self._requests) > MAX_WAITING:
+            waiting = [asyncio.wrap_future(task) for task in tuple(self._requests)]
+            await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
+
+    def _put(self, work: Callable[[], object]) -> None:
+        """Do work that may wait for the robot, in order, in a thread. Never waits; dropped after the end."""
+        if not self._closed:
+            task = self._worker.add(partial(_logged, work))
+            self._requests.add(task)
+            task.add_done_callback(self._requests.discard)
 
     # -- channels and services ------------------------------------------------------------------------------
 
@@ -286,7 +296,7 @@ class FoxgloveSession:
         self.channel.outbox.forget(subscription.topic)
         if subscription.shared is not None:
             self._to_close.append(subscription.shared)
-            self._queue.put(self._close_left)
+            self._put(self._close_left)
 
     def _close_left(self) -> None:
         with self._lock:
@@ -375,7 +385,8 @@ class FoxgloveSession:
             for id in tuple(self._subscriptions):
                 self._end_subscription(id)
         self._state.publications.velocity_watchdog.gone(self)
-        self._queue.close()
+        for task in tuple(self._requests):
+            task.cancel()  # the one under way continues
         self._publishing.close()
         self._close_left()
         self._parameters.close()
@@ -428,51 +439,8 @@ class _Subscription:
         self._viewer.outbox.put(self.topic, len(event.data), framed(head, event.data))
 
 
-class _Queue:
-    """Requests of one viewer that wait for the robot, done in order in a thread of the pool."""
-
-    def __init__(self, pool: Pool) -> None:
-        self._pool = pool
-        self._changed = threading.Condition()
-        self._waiting: deque[Callable[[], object]] = deque()
-        self._running = self._closed = False
-
-    @property
-    def full(self) -> bool:
-        """Whether no further message should be read."""
-        return len(self._waiting) >= MAX_WAITING
-
-    def put(self, work: Callable[[], object]) -> None:
-        """Never waits."""
-        with self._changed:
-            if self._closed:
-                return
-            self._waiting.append(work)
-            if self._running:
-                return
-            self._running = True
-        self._pool.spawn(self._run)
-
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.notify_all()
-                if not self._waiting:
-                    self._running = False
-                    return
-                work = self._waiting.popleft()
-            try:
-                work()
-            except Exception:
-                _log.exception("! foxglove: a request of a viewer failed")
-
-    def wait_for_room(self) -> None:
-        with self._changed:
-            self._changed.wait_for(lambda: not self.full or self._closed)
-
-    def close(self) -> None:
-        """Drop the queued requests; the running one continues."""
-        with self._changed:
-            self._closed = True
-            self._waiting.clear()
-            self._changed.notify_all()
+def _logged(work: Callable[[], object]) -> None:
+    try:
+        work()
+    except Exception:
+        _log.exception("! foxglove: a request of a viewer failed")
