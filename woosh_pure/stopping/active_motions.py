@@ -264,12 +264,13 @@ class ActiveMotions:
             ConnectionLost: The Chassis is being closed.
         """
         self._prepare()
-        if goal.drives:
+        drives = goal.drives
+        if drives:
             self._make_way(goal, self._others(goal), check=check, replace=replace)
         ended = [other for other in self.goals if other.done]  # `done` may use the network
         with self._lock:
             self._require_no_stop(goal.description, since)
-            if check and goal.drives:
+            if check and drives:
                 self.require_free_base(goal.description)
                 late = [o for o in self.goals if o.holds_the_base and o not in ended and not o.replaced_by]
                 self._make_way(goal, late, check=True, replace=False)
