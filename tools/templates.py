@@ -45,8 +45,8 @@ _COMMANDS = "start state driving drive".split()
 _CLI = "config connection entry follow_goal arguments".split()
 _ROOMS = (
     "connection/arguments connection/clients connection/connection doctor/checks doctor/examination "
-    "feed/feed feed/feeds motion/action_goal motion/goal_handle motion/motion motion/steps motion/task "
-    "motion/task_tracker outcome readiness/assessment readiness/readiness_state selftest "
+    "feed/feed motion/action_goal motion/motion motion/steps motion/task "
+    "outcome readiness/readiness_state selftest "
     "stopping/stop_executor stopping/other_clients stopping/report stopping/active_motions "
     "stopping/stop velocity/drive connection/other_drivers velocity/shaper velocity/end_conditions"
 ).split()

@@ -10,7 +10,7 @@ from rosproto.watchdog import Watchdog
 from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection, say_elsewhere
 from woosh_pure.connection.velocity_topics import VelocityTopics
-from woosh_pure.feed.feeds import Feeds
+from woosh_pure.feed.feed import Feeds
 from woosh_pure.readiness.readiness_state import ReadinessState
 from woosh_pure.stopping.active_motions import ActiveMotions
 from woosh_pure.stopping.watchdog_client import WatchdogClient

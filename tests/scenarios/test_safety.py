@@ -501,7 +501,7 @@ time.sleep(600)
 @pytest.mark.parametrize("what", ["goal", "task", "velocity"])
 def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what):
     """Killed: no result, no goodbye; its master lives on, and still names its nodes."""
-    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 0.5)
+    monkeypatch.setattr("woosh_pure.feed.feed._LOST_AFTER", 0.5)
     with rosproto.Master() as master:
         robot = start(ROBOT, master.uri)
         try:
@@ -531,7 +531,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
 
 def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until, monkeypatch):
     """It comes back soon and is idle; nobody there knows the task that we wait for."""
-    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 60.0)  # soon, on a busy computer, too
+    monkeypatch.setattr("woosh_pure.feed.feed._LOST_AFTER", 60.0)  # soon, on a busy computer, too
     with contextlib.ExitStack() as stack:
         master = stack.enter_context(rosproto.Master())
         first = SimulatedChassis(master_uri=master.uri, full_graph=False).start()
@@ -549,7 +549,7 @@ def test_a_chassis_that_restarts_in_the_middle_of_a_task_ends_it(until, monkeypa
 
 def test_a_paused_move_is_lost_with_its_chassis(sim, real_time, chassis, until, monkeypatch):
     """The goal of a paused move has ended; only the chassis itself can tell that there is nothing left to resume."""
-    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 2.0)
+    monkeypatch.setattr("woosh_pure.feed.feed._LOST_AFTER", 2.0)
     handle = chassis.move(2.0)
     until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
     handle.pause()

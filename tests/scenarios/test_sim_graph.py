@@ -159,7 +159,7 @@ def impatient(monkeypatch):
 def test_a_link_that_stays_away_is_a_lost_connection_and_leaving_says_what_was_not_cancelled(
     sim, real_time, until, monkeypatch, impatient
 ):
-    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 0.5)
+    monkeypatch.setattr("woosh_pure.feed.feed._LOST_AFTER", 0.5)
     chassis = Chassis(sim.master_uri)
     handle = chassis.go_to_mark("B1")
     chassis.measured_velocity.wait(5.0)

@@ -20,7 +20,7 @@ from rosproto.node import NodeClient
 from tests.support.slow_link import SlowLink
 from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis
-from woosh_pure.feed import feeds
+from woosh_pure.feed import feed
 from woosh_pure.geometry import Velocity
 from woosh_pure.values.messages import message_type
 
@@ -115,7 +115,7 @@ def test_one_measurement_of_zero_is_not_enough(chassis: Chassis, monkeypatch: py
     moving.angular.z = TURNING
 
     def told(*measured: Any) -> bool | None:
-        monkeypatch.setattr(feeds, "fresh_messages", lambda *given: (message for message in measured))
+        monkeypatch.setattr(feed, "fresh_messages", lambda *given: (message for message in measured))
         return chassis._components.feeds.wait_standing(2.0)
 
     chassis.measured_velocity.wait(10.0)

@@ -10,7 +10,7 @@ import pytest
 from rosproto.errors import RosTimeout
 from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, Pose2D, SimulatedChassis, StaleState
 from woosh_pure.enums import Direction, RobotMode, RobotState, TaskState, TaskType
-from woosh_pure.motion.task_tracker import TaskTracker, new_task_id
+from woosh_pure.motion.task import TaskTracker, new_task_id
 from woosh_pure.values.state import RobotStatus
 
 
@@ -238,7 +238,7 @@ def test_stop_everything_ends_what_another_program_started(sim, real_time, chass
 
 
 def test_a_chassis_that_falls_silent_is_a_lost_connection(sim, real_time, chassis, until, monkeypatch):
-    monkeypatch.setattr("woosh_pure.feed.feeds._LOST_AFTER", 0.5)
+    monkeypatch.setattr("woosh_pure.feed.feed._LOST_AFTER", 0.5)
     handle = chassis.go_to_mark("B1")
     chassis.measured_velocity.wait(5.0)
     sim.fall_silent(30.0)

@@ -90,7 +90,9 @@ def test_the_camera_is_subscribed_only_while_somebody_looks(web: Served, page: P
     until(lambda: not camera.open, what="the end of the camera")
 
 
-def test_a_costmap_that_does_not_change_is_shown_to_the_next_page_too(page: PageClient, sim: SimulatedChassis) -> None:
+def test_a_costmap_that_does_not_change_is_shown_to_the_next_page_too(
+    page: PageClient, sim: SimulatedChassis
+) -> None:
     """It is latched, and sent once; a page that looks again soon gets it although nothing new has come."""
     with Node("costs", master_uri=sim.master_uri, anonymous=True) as node:
         message = grid_message(GridMap(np.full((4, 4), 1, np.int8), 0.05, Pose2D(0.0, 0.0)))

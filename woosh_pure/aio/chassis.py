@@ -22,7 +22,7 @@ from woosh_pure.chassis import components_of
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.faults import Faults
 from woosh_pure.lease import ChassisLease
-from woosh_pure.motion import goal_handle as threaded
+from woosh_pure.motion import motion as threaded
 from woosh_pure.velocity.drive import Drive
 
 # -- from a verb of the threaded `Chassis` to the awaited one: same name, same arguments, same types ---------

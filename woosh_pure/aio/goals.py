@@ -14,8 +14,8 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.enums import TaskState
-from woosh_pure.motion import action_goal, goal_handle, task
-from woosh_pure.motion.goal_handle import OWN_DEFAULT, DefaultTimeout
+from woosh_pure.motion import action_goal, motion, task
+from woosh_pure.motion.motion import OWN_DEFAULT, DefaultTimeout
 from woosh_pure.motion.steps import Step
 from woosh_pure.outcome import Outcome
 from woosh_pure.values.state import RobotStatus
@@ -30,7 +30,7 @@ class _LoopClosed(ConnectionLost):
 
 
 class GoalHandle(Generic[P]):
-    """A goal under way; as `woosh_pure.motion.goal_handle.GoalHandle`, awaited.
+    """A goal under way; as `woosh_pure.motion.motion.GoalHandle`, awaited.
 
     Attributes:
         handle: The threaded one underneath.
@@ -38,7 +38,7 @@ class GoalHandle(Generic[P]):
         default_timeout: Default time limit of `wait()`, s; None waits for ever.
     """
 
-    def __init__(self, handle: goal_handle.GoalHandle[P], calls: ThreadCalls) -> None:
+    def __init__(self, handle: motion.GoalHandle[P], calls: ThreadCalls) -> None:
         self.handle = handle
         self.description, self.default_timeout = handle.description, handle.default_timeout
         self._calls = calls
@@ -46,13 +46,13 @@ class GoalHandle(Generic[P]):
     def __repr__(self) -> str:
         return f"<aio {repr(self.handle)[1:]}"
 
-    task_id = SameProperty[int](goal_handle.GoalHandle.task_id, "handle")
-    drives = SameProperty[bool](goal_handle.GoalHandle.drives, "handle")
-    holds_the_base = SameProperty[bool](goal_handle.GoalHandle.holds_the_base, "handle")
-    server = SameProperty[str](goal_handle.GoalHandle.server, "handle")
-    outcome = SameProperty[Outcome | None](goal_handle.GoalHandle.outcome, "handle")
-    done = SameProperty[bool](goal_handle.GoalHandle.done, "handle")
-    latest_progress = SameProperty[P | None](goal_handle.GoalHandle.latest_progress, "handle")
+    task_id = SameProperty[int](motion.GoalHandle.task_id, "handle")
+    drives = SameProperty[bool](motion.GoalHandle.drives, "handle")
+    holds_the_base = SameProperty[bool](motion.GoalHandle.holds_the_base, "handle")
+    server = SameProperty[str](motion.GoalHandle.server, "handle")
+    outcome = SameProperty[Outcome | None](motion.GoalHandle.outcome, "handle")
+    done = SameProperty[bool](motion.GoalHandle.done, "handle")
+    latest_progress = SameProperty[P | None](motion.GoalHandle.latest_progress, "handle")
 
     async def progress_line(self) -> str:
         """The newest progress in words, "" before the first."""

@@ -19,7 +19,7 @@ from woosh_pure.outcome import Outcome
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
-    from woosh_pure.motion.goal_handle import GoalHandle
+    from woosh_pure.motion.motion import GoalHandle
 
 
 _LIVE, _PLAIN = 0.25, 2.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from woosh_pure.feed.feed import Feed, Reading
-from woosh_pure.feed.feeds import Feeds
+from woosh_pure.feed.feed import Feed, Feeds, Reading
 
 __all__ = ["Feed", "Feeds", "Reading"]

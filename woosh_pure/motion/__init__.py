@@ -9,7 +9,7 @@ from woosh_pure.motion.action_goal import (
     StepHandle,
     StepProgress,
 )
-from woosh_pure.motion.goal_handle import GoalHandle
+from woosh_pure.motion.motion import GoalHandle
 from woosh_pure.motion.steps import Step
 from woosh_pure.motion.task import TaskHandle
 

@@ -25,8 +25,7 @@ from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.schema import Row
-from woosh_pure.motion.goal_handle import GoalHandle
-from woosh_pure.motion.motion import Motion
+from woosh_pure.motion.motion import GoalHandle, Motion
 from woosh_pure.motion.steps import Step, check_steps, locate_step
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.messages import message_type, pose_of, require_finite, stamped_pose

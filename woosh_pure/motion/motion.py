@@ -1,9 +1,9 @@
 """`Motion`: one task or action goal inside this client, from before it is sent until its end is seen.
 
-It has the state (by the table of `motion_states`) and the outcome, sends the goal without being interrupted
-by Ctrl-C, and asks for its end. Stopping works with it (`woosh_pure.stopping.active_motions`). Tasks and
-action goals are subclasses (`task.TaskMotion`, `action_goal.ActionMotion`). Users hold a
-`goal_handle.GoalHandle` instead.
+It has the state (see `State`) and the outcome, sends the goal without being interrupted by Ctrl-C, and asks
+for its end. Stopping works with it (`woosh_pure.stopping.active_motions`). Tasks and action goals are
+subclasses (`task.TaskMotion`, `action_goal.ActionMotion`). Users hold a `GoalHandle` instead, which has the
+public methods: a wait that times out cancels the goal and checks that the robot stands still.
 """
 
 from __future__ import annotations
@@ -13,17 +13,20 @@ import queue
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import replace
-from typing import Generic, TypeVar
+from enum import Enum
+from functools import partial
+from typing import Any, Generic, TypeVar
 
-from rosproto.errors import ConnectionLost, RosError
+from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
 from woosh_pure.components import Components
+from woosh_pure.connection.arguments import require_limit, require_timeout
 from woosh_pure.connection.connection import FinalMessage
-from woosh_pure.motion.motion_states import Event, State, state_after
+from woosh_pure.errors import GoalFailed
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.stop_executor import SLICE, Flag, Job
 
@@ -35,6 +38,78 @@ _CANCEL_SECONDS = 6.0
 
 _BY_US = (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
 _REPLACEABLE = (*_BY_US, OutcomeKind.FAILED)
+
+
+class State(Enum):
+    """The state of a motion, as this client knows it.
+
+        running     sent, or about to be sent; this client has not asked for its end
+        asked       this client has asked for its end, which was not seen yet
+        lost        the link is lost; this client has not asked for its end
+        not known   the caller was told that the end is not confirmed; the cancel is still due
+        ended       its end on the robot was seen, or it was never sent
+
+    The outcome is reported once, on entering one of the last three states. A motion that has not *ended* is
+    under way for `stop` and `close`. A cancel is due in *asked* and in *not known*: it is written again every
+    second. A motion that is only *lost* is not cancelled when the robot is heard again (a goal continues
+    without us, as documented) until this client asks.
+
+    Events of several threads are appended to a list in the order in which they came, and the state is
+    computed from it. Nothing is changed in place, so no lock is needed, and an interrupted frame loses no
+    event.
+    """
+
+    RUNNING = "running"
+    ASKED = "asked"
+    LOST = "lost"
+    NOT_KNOWN = "not known"
+    ENDED = "ended"
+
+    @property
+    def may_go_on(self) -> bool:
+        """Whether the outcome was reported although the robot may still be moving."""
+        return self in (State.LOST, State.NOT_KNOWN)
+
+    @property
+    def end_due(self) -> bool:
+        """Whether this client asked for its end and has not seen it."""
+        return self in (State.ASKED, State.NOT_KNOWN)
+
+
+class Event(Enum):
+    """An event of a motion.
+
+    *ask*: this client asks for its end; *end*: the robot reports it, or the motion cannot be there; *silent*:
+    the link is lost; *give up*: the time limit for the confirmation has passed.
+    """
+
+    ASK = "ask"
+    END = "end"
+    SILENT = "silent"
+    GIVE_UP = "give up"
+
+
+# What an event leads to; one that is not listed changes nothing.
+_AFTER = {
+    State.RUNNING: {
+        Event.ASK: State.ASKED,
+        Event.END: State.ENDED,
+        Event.SILENT: State.LOST,
+        Event.GIVE_UP: State.NOT_KNOWN,
+    },
+    State.ASKED: {Event.END: State.ENDED, Event.SILENT: State.NOT_KNOWN, Event.GIVE_UP: State.NOT_KNOWN},
+    State.LOST: {Event.ASK: State.NOT_KNOWN, Event.END: State.ENDED},
+    State.NOT_KNOWN: {Event.END: State.ENDED},
+    State.ENDED: {},
+}
+
+
+def state_after(events: Iterable[Event]) -> State:
+    """The state that events lead to, in the order in which they came."""
+    state = State.RUNNING
+    for event in events:
+        state = _AFTER[state].get(event, state)
+    return state
 
 
 class Motion(ABC, Generic[P]):
@@ -394,3 +469,180 @@ class Motion(ABC, Generic[P]):
         """Cancel the goal of a cancelled asyncio task, without waiting for its end."""
         self.ask_end("its wait was interrupted")
         self.components.motions.executor.put(self.cancel_job())
+
+
+_LOOK = 0.02  # seconds
+_TIME_OUT_SECONDS = 15.0  # for the steps that Ctrl-C does not interrupt
+
+
+class DefaultTimeout:
+    """Type of the default argument where None means "for ever"."""
+
+    def __repr__(self) -> str:
+        return "default_timeout"
+
+
+OWN_DEFAULT = DefaultTimeout()
+"""The default of `wait`'s `timeout`."""
+
+
+class GoalHandle(Generic[P]):
+    """A goal under way. Made by the verbs of `Chassis`.
+
+    Attributes:
+        description: The goal in words.
+        default_timeout: Default time limit of `wait()`, s; None waits for ever.
+    """
+
+    def __init__(self, motion: Motion[P], default_timeout: float | None) -> None:
+        self._motion = motion
+        self.description = motion.description
+        self.default_timeout = require_timeout(default_timeout)
+
+    @property
+    def task_id(self) -> int:
+        """The id of a task; 0 for a goal of another kind."""
+        return self._motion.task_id
+
+    @property
+    def server(self) -> str:
+        """The action server that has the goal, where a later one replaces it; "" for a task."""
+        return self._motion.server
+
+    @property
+    def drives(self) -> bool:
+        """True while this goal may move the base."""
+        return self._motion.drives
+
+    @property
+    def holds_the_base(self) -> bool:
+        """Whether another motion would disturb it: it drives, and is not being cancelled by us."""
+        return self._motion.holds_the_base
+
+    def __repr__(self) -> str:
+        outcome = self._motion.reported  # not `if outcome`: an outcome other than arrival is falsy
+        state = "running" if outcome is None else outcome.kind.value
+        return f"<{type(self).__name__} {self.description}: {state}>"
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """The outcome, None while it runs."""
+        return self._motion.outcome
+
+    @property
+    def done(self) -> bool:
+        """True when it has ended, with any outcome."""
+        return self._motion.done
+
+    @property
+    def latest_progress(self) -> P | None:
+        """The newest progress, None before the first."""
+        return self._motion.newest
+
+    def progress_line(self) -> str:
+        """The newest progress in words, "" before the first."""
+        newest = self.latest_progress
+        return "" if newest is None else self._describe(newest)
+
+    def _describe(self, progress: P) -> str:
+        return str(progress)
+
+    def on_progress(self, callback: Callable[[P], object]) -> None:
+        """Call `callback(progress)` for each report, in a thread of the library."""
+        self._motion.on_progress(callback)
+
+    def progress(self) -> Iterator[P]:
+        """Reports as they come; a slow loop skips to the newest. Ends with the goal."""
+        last: P | None = None
+        while True:
+            newest = self.latest_progress
+            if newest is not None and newest is not last:
+                last = newest
+                yield newest
+            elif self.done:
+                return
+            else:
+                self._motion.over.wait(_LOOK)
+
+    def wait(
+        self,
+        timeout: float | DefaultTimeout | None = OWN_DEFAULT,
+        *,
+        raises: bool = True,
+        meanwhile: Callable[[], object] | None = None,
+    ) -> Outcome:
+        """Wait for the end.
+
+        When `timeout` passes, the goal is cancelled and the stop is confirmed before this returns. Anything
+        else that ends the wait cancels the goal, too, unless the Chassis has `leave_running`: an exception
+        raised by `meanwhile`, or Ctrl-C, even where it leaves no `with` block (in a notebook). The first
+        Ctrl-C starts the cancel, and further ones do not interrupt it.
+
+        Args:
+            timeout: Seconds; None waits for ever. The default is `default_timeout`.
+            raises: False returns an outcome other than arrival instead of raising it.
+            meanwhile: Called in this thread about ten times a second, to show the progress. An exception it
+                raises ends the wait and the goal.
+
+        Raises:
+            GoalFailed: It did not arrive; `error.outcome` says how it ended.
+            ValueError: `timeout` is negative or NaN.
+            LocalProtocolError: Called in a callback that must return before the end can be received.
+        """
+        try:
+            given = self.default_timeout if isinstance(timeout, DefaultTimeout) else timeout
+            seconds = require_timeout(given)
+            if not self.done and self._motion.in_own_callback:
+                raise LocalProtocolError(
+                    say(
+                        "{goal}: waiting for it in its own callback would never end; wait in another thread",
+                        goal=self.description,
+                    )
+                )
+            executor = self._motion.components.motions.executor
+            cancel_job = self._motion.cancel_job(waited_for=True)
+            start_cancel = partial(executor.put, cancel_job)
+            try:
+                if not self._motion.wait(seconds, meanwhile):
+                    executor.do(lambda: self._motion.time_out(seconds or 0.0), _TIME_OUT_SECONDS)
+                outcome = self._motion.confirmed()
+            except BaseException:
+                start_cancel()  # must be first: see `stop_executor`
+                executor.hold(cancel_job)
+                raise
+            if raises and not outcome.arrived:
+                raise GoalFailed(outcome)
+            return outcome
+        except RecursionError:
+            self._motion.marked = not self._motion.components.motions.leave  # without a call, as in `cancel`
+            raise
+
+    def __await__(self) -> Generator[Any, None, Outcome]:
+        """In asyncio: `outcome = await handle` is `wait()`; cancelling the awaiting task cancels the goal."""
+        return self._awaited().__await__()
+
+    async def _awaited(self) -> Outcome:
+        import asyncio
+
+        try:
+            return await asyncio.to_thread(self.wait)
+        except asyncio.CancelledError:
+            self._motion.abandon()
+            raise
+
+    def cancel(self, timeout: float = 5.0) -> Outcome:
+        """End it now and wait until the chassis confirms. In a callback of this goal, only ask for the end.
+
+        Returns:
+            The outcome: usually cancelled, but arrived if the robot got there first.
+
+        Raises:
+            RosError: The cancellation could not be sent, or was not confirmed in time.
+            ValueError: `timeout` is negative or NaN.
+        """
+        try:
+            seconds = require_limit(timeout)
+        except RecursionError:
+            seconds = timeout
+        self._motion.marked = True  # without a call: no stack may be left, see `immediate_stop`
+        return self._motion.components.motions.end(self._motion, seconds)

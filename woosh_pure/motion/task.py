@@ -1,8 +1,9 @@
-"""Tasks: sent by /exec_task, observed on /robot_status. `TaskMotion`, `TaskHandle`, `TaskOrder` and
-`start_task`."""
+"""Tasks: sent by /exec_task, observed on /robot_status. `TaskTracker` (pure), `TaskMotion`, `TaskHandle`,
+`TaskOrder` and `start_task`."""
 
 from __future__ import annotations
 
+import random
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -20,13 +21,107 @@ from woosh_pure.components import Components
 from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
-from woosh_pure.motion.goal_handle import GoalHandle
-from woosh_pure.motion.motion import Motion
-from woosh_pure.motion.task_tracker import TaskTracker, new_task_id
+from woosh_pure.motion.motion import GoalHandle, Motion
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.stopping.stop_executor import Job
 from woosh_pure.values.messages import stamped_pose
 from woosh_pure.values.state import RobotStatus
+
+_ENDS = {
+    TaskState.COMPLETED: OutcomeKind.ARRIVED,
+    TaskState.CANCELLED: OutcomeKind.CANCELLED,
+    TaskState.FAILED: OutcomeKind.FAILED,
+}
+
+
+def new_task_id() -> int:
+    """A task id that no other client and no earlier task has; 31 bits fit into every integer field."""
+    return random.SystemRandom().randrange(1 << 20, 1 << 31)
+
+
+@dataclass(frozen=True, slots=True)
+class TaskEnd:
+    """How the task ended, as the chassis reported it.
+
+    Attributes:
+        kind, code, text: As in `Outcome`.
+        under_way: True when the task has not ended on the chassis: unless it is cancelled there, it may go on
+            when the robot has recovered.
+    """
+
+    kind: OutcomeKind
+    code: int | None
+    text: str
+    under_way: bool = False
+
+
+class TaskTracker:
+    """Decides whether *this* task has ended, from replies and status messages in any order. Not thread-safe:
+    the owner holds a lock.
+
+    Common mistakes of programs, and why they cannot happen here:
+
+    * A stale status 7 of the previous task is taken for an arrival. Only messages with our own (random) task
+      id count.
+    * The completion comes before the service reply and is lost. The tracker listens before the call is made,
+      and a final state is final, whichever comes first.
+    * A program waits for ever because the state is 8, 9, negative or a fault. All of these end the task as
+      failed, and a task that a fault has only held is cancelled, so that it does not go on unnoticed.
+    * A restarted chassis knows nothing of the task. Once ours was seen, a status without any task ends it.
+    * Another client's task takes over the robot. Once ours was seen, a running task with another id ends it.
+
+    Attributes:
+        task_id: The id of our task.
+        accepted: What the service replied; None before the reply, and when it was lost.
+        seen: Whether a status has named our task.
+        state: The task's last known state.
+        ending: Set once, None until the task has ended.
+    """
+
+    def __init__(self, task_id: int) -> None:
+        self.task_id = task_id
+        self.accepted: bool | None = None
+        self.seen = False
+        self.state = TaskState.UNDEFINED
+        self.ending: TaskEnd | None = None
+
+    def reply(self, success: bool, message: str, code: int) -> None:
+        """Take in the reply of the service."""
+        self.accepted = success
+        if not success:
+            # A refusal overrides an earlier status: nothing was started for us.
+            self.ending = TaskEnd(OutcomeKind.REJECTED, code, message or "the chassis refused the task")
+
+    def status(self, status: RobotStatus) -> None:
+        """Take in a status."""
+        if self.ending is not None:
+            return
+        if status.task_id == self.task_id:
+            self._own(status)
+        elif self.seen and status.task_state.is_under_way:
+            text = say("task {id} took over", id=status.task_id)
+            self.ending = TaskEnd(OutcomeKind.REPLACED, int(status.task_state), text)
+        elif self.seen and status.task_id == 0 and status.task_state is TaskState.UNDEFINED:
+            self.ending = TaskEnd(
+                OutcomeKind.FAILED, 0, "the chassis no longer has a task; was it restarted?"
+            )
+
+    def _own(self, status: RobotStatus) -> None:
+        self.seen = True
+        self.state = status.task_state
+        kind = _ENDS.get(status.task_state)
+        if kind is not None:
+            self._end(kind, status)
+        elif int(status.task_state) < 0:
+            reason = say("the chassis reports task state {state}", state=int(status.task_state))
+            self._end(OutcomeKind.FAILED, status, reason)
+        elif status.robot_state is RobotState.FAULT:
+            text = status.message or "the robot is in fault"
+            self.ending = TaskEnd(OutcomeKind.FAILED, int(status.robot_state), text, under_way=True)
+
+    def _end(self, kind: OutcomeKind, status: RobotStatus, text: str = "") -> None:
+        self.ending = TaskEnd(kind, int(status.task_state), status.message or text)
+
 
 logger = get_logger("woosh_pure.task")
 _REPLY_SECONDS, _ONCE_MORE = 10.0, 2.0
@@ -46,6 +141,7 @@ class TaskMotion(Motion[RobotStatus]):
         tracker = TaskTracker(new_task_id())
         super().__init__(components, order.sentence(), task_id=tracker.task_id)
         self._order = order
+        self._status = components.feeds.get("status")
         self._tracker = tracker
         # The sending thread and the receiving thread update the tracker. No verb holds this lock.
         self._telling = threading.Lock()
@@ -76,8 +172,8 @@ class TaskMotion(Motion[RobotStatus]):
             MotionRefused: `stop` was called meanwhile, another motion is under way, or the chassis refused.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
-        status, motions = self.components.feeds.get("status"), self.components.motions
-        self._sources, self._off = status.sources, status.on(self._on_status)
+        motions = self.components.motions
+        self._sources, self._off = self._status.sources, self._status.on(self._on_status)
         cancel_job = self.cancel_job()
         start_cancel = partial(motions.executor.put, cancel_job)
         try:
@@ -163,7 +259,7 @@ class TaskMotion(Motion[RobotStatus]):
 
     @property
     def in_own_callback(self) -> bool:
-        return super().in_own_callback or self.components.feeds.get("status").in_callback
+        return super().in_own_callback or self._status.in_callback
 
     def write_cancel(self) -> None:
         if self._prepared is None:
@@ -186,7 +282,7 @@ class TaskMotion(Motion[RobotStatus]):
         if self.may_go_on:
             ended = reply.success or not self._status_shows_it()
         else:  # the status reports how it ended, unless the link was lost at that time
-            ended = not reply.success and self.components.feeds.get("status").outdated
+            ended = not reply.success and self._status.outdated
         if ended:
             self._off()
             self.finish(OutcomeKind.CONNECTION_LOST, _MISSED)  # if no outcome was reported yet
@@ -217,14 +313,13 @@ class TaskMotion(Motion[RobotStatus]):
 
     def _status_shows_it(self) -> bool:
         """True when the last status shows that it is under way, and no later one can have been missed."""
-        feed = self.components.feeds.get("status")
-        status = feed.latest
+        status = self._status.latest
         shows = status is not None and status.task_id == self.task_id and not status.task_state.is_final
-        return shows and not feed.outdated
+        return shows and not self._status.outdated
 
     def _status_shows_end(self) -> bool:
         """True when the last status shows that this task is over."""
-        status = self.components.feeds.get("status").latest
+        status = self._status.latest
         return status is not None and status.task_id == self.task_id and status.task_state.is_final
 
     def _on_status(self, status: RobotStatus) -> None:
@@ -268,13 +363,12 @@ class TaskMotion(Motion[RobotStatus]):
 
     def _restarted(self) -> str:
         """Return a text if another process now reports the state (it does not know this task); else ""."""
-        feed = self.components.feeds.get("status")
-        now = feed.sources
+        now = self._status.sources
         if not now or not self._sources or now & self._sources:
             return ""
         return say(
             "{topic} comes from another process now: the chassis was restarted, and its task is gone",
-            topic=feed.topic,
+            topic=self._status.topic,
         )
 
 
@@ -402,8 +496,7 @@ def start_task(
     components.readiness_state.require_ready("task", check)
     if check:
         components.motions.require_free_base("task")
-    status = components.feeds.get("status")
-    components.feeds.require_publisher(status)
+    components.feeds.require_publisher("status")
     motion = TaskMotion(components, order)
     handle = TaskHandle(motion, timeout)
     motion.begin(since, check=check, replace=replace)

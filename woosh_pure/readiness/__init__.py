@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from woosh_pure.readiness.assessment import assess, status_shows_fitness, triggered_keys
+from woosh_pure.readiness.readiness_state import assess, status_shows_fitness, triggered_keys
 from woosh_pure.reasons import Readiness, Ready, Reason, ReasonKey
 
 __all__ = ["Readiness", "Ready", "Reason", "ReasonKey", "assess", "status_shows_fitness", "triggered_keys"]

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from rosproto.errors import RosError
 from rosproto.text import printable, short
 from woosh_pure.errors import MotionRefused
-from woosh_pure.motion.goal_handle import GoalHandle
+from woosh_pure.motion.motion import GoalHandle
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness
 from woosh_pure.web.http_errors import Problem, for_clients, problem_of

@@ -16,7 +16,7 @@ from tests.support.mosquitto import mosquitto
 from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.enums import NavigationMode
-from woosh_pure.feed import feeds
+from woosh_pure.feed import feed
 from woosh_pure.fleet import Broker, Vehicle, VehicleConfig
 
 pytestmark = [pytest.mark.interop, pytest.mark.slow]
@@ -104,13 +104,13 @@ def test_velocities_that_may_be_older_than_the_stop_do_not_show_that_it_stands(
     """Zeros arrive after the drive has ended; the pause is FINISHED when the robot has sent some through a
     connection that was made after it."""
     sim, master = hall
-    reachable, real = threading.Event(), feeds.fresh_messages
+    reachable, real = threading.Event(), feed.fresh_messages
 
     def fresh_messages(*given: Any) -> Generator[Any, None, None]:
         if reachable.is_set():
             yield from real(*given)
 
-    monkeypatch.setattr(feeds, "fresh_messages", fresh_messages)
+    monkeypatch.setattr(feed, "fresh_messages", fresh_messages)
     master.send("order", order_over("one", "n1 n2 n3"))
     master.until(lambda s: s["driving"])
     master.instant("x", "startPause")

@@ -11,7 +11,7 @@ from tools.interface_page import VERBS
 from woosh_pure import Chassis
 from woosh_pure.feed.feed import Feed
 from woosh_pure.motion.action_goal import ActionHandle, NavigationHandle, StepHandle
-from woosh_pure.motion.goal_handle import GoalHandle
+from woosh_pure.motion.motion import GoalHandle
 from woosh_pure.motion.task import TaskHandle
 from woosh_pure.velocity.drive import Drive
 

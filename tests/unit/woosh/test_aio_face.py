@@ -10,13 +10,13 @@ import pytest
 
 from woosh_pure import Chassis, aio
 from woosh_pure.feed import feed
-from woosh_pure.motion import action_goal, goal_handle, task
+from woosh_pure.motion import action_goal, motion, task
 from woosh_pure.velocity import drive as velocity
 
 PAIRS = [
     (Chassis, aio.Chassis),
     (feed.Feed, aio.Feed),
-    (goal_handle.GoalHandle, aio.GoalHandle),
+    (motion.GoalHandle, aio.GoalHandle),
     (task.TaskHandle, aio.TaskHandle),
     (action_goal.ActionHandle, aio.ActionHandle),
     (action_goal.NavigationHandle, aio.NavigationHandle),

@@ -22,7 +22,7 @@ from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.marks import MarkFile
 from woosh_pure.motion.steps import Step, check_steps
 from woosh_pure.outcome import Outcome, OutcomeKind
-from woosh_pure.readiness.assessment import assess
+from woosh_pure.readiness.readiness_state import assess
 from woosh_pure.values.state import RobotStatus
 from woosh_pure.velocity.shaper import DriveLimits, Shaper
 

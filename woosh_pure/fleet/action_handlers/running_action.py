@@ -20,7 +20,7 @@ from woosh_pure.errors import ChassisError, GoalFailed
 from woosh_pure.fleet.chassis_facts import Load
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.order.events import ActionEnded, BeginAction
-from woosh_pure.motion.goal_handle import GoalHandle
+from woosh_pure.motion.motion import GoalHandle
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 
 _log = get_logger("woosh_pure.fleet.action_handlers.running_action")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from woosh_pure.motion.motion_states import Event, State, state_after
+from woosh_pure.motion.motion import Event, State, state_after
 
 CELLS = {
     State.RUNNING: (State.ASKED, State.ENDED, State.LOST, State.NOT_KNOWN),

@@ -11,7 +11,7 @@ from tests.unit.woosh.test_values import status
 from woosh_pure.enums import RobotMode, RobotState
 from woosh_pure.errors import MotionRefused
 from woosh_pure.faults import Faults, decode_status_code
-from woosh_pure.readiness.assessment import Refusals, assess, triggered_keys
+from woosh_pure.readiness.readiness_state import Refusals, assess, triggered_keys
 from woosh_pure.reasons import Readiness, Ready, Reason, ReasonKey
 
 STOP, RELEASED = 110201000013, 110201000000
@@ -146,7 +146,7 @@ def test_no_faults_are_none_only_where_the_robot_says_so(codes, state, present, 
 
 
 def test_a_fit_robot_is_one_that_says_so():
-    from woosh_pure.readiness.assessment import status_shows_fitness
+    from woosh_pure.readiness.readiness_state import status_shows_fitness
 
     assert status_shows_fitness(status())
     assert not status_shows_fitness(replace(status(), robot_state=RobotState.FAULT))

@@ -19,7 +19,7 @@ from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.lease import LeaseState
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark
-from woosh_pure.readiness.assessment import assess
+from woosh_pure.readiness.readiness_state import assess
 from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.web.access import MAX_SESSIONS, Clients
 from woosh_pure.web.goals import Journal, command
