@@ -15,8 +15,8 @@ import pytest
 from rosproto.codec import message_class, service_class
 from rosproto.errors import ServiceError
 from rosproto.gateway import Access, GatewayLimits
-from rosproto.gateway.rosbridge.png import publish_png
 from rosproto.gateway.gateway_server import LONG_CALLS
+from rosproto.gateway.rosbridge.png import publish_png
 from rosproto.gateway.rosbridge.session import RosbridgeSession
 from tests.support.doors import held
 from tests.unit.gateway.conftest import Graph
