@@ -31,12 +31,8 @@ class Delivery:
         self._queues = tuple(queue for queue in queues if not queue.raw)
         self._raw_queues = tuple(queue for queue in queues if queue.raw)
         self._decode_later = type_.decode if self._queues and not type_.is_wildcard else raw_message
-        if self._raw_queues:
-            self.decode: Decode[Message] = raw_message
-            self.owns = True
-        else:
-            self.decode = self._decode_later
-            self.owns = type_.may_be_large or type_.is_wildcard
+        self.decode: Decode[Message] = raw_message if self._raw_queues else self._decode_later
+        self.owns = bool(self._raw_queues) or type_.may_be_large or type_.is_wildcard
         sizes = [queue.keeps for queue in queues]
         # What no subscriber would keep is not even delivered.
         self.newest = None if None in sizes else max((s for s in sizes if s is not None), default=1)
