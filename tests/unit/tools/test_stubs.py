@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.msg import DefinitionLibrary, bundled, parse_message
+from rosproto.time import Duration, Time
 from tools import stubs
 from tools.stubs import main, message_stub, stub_files
 
@@ -82,7 +83,9 @@ from msgdefs.nav_msgs.msg import Odometry
 from msgdefs.sensor_msgs.msg import Image, LaserScan
 from msgdefs.std_srvs.srv import SetBool, SetBoolRequest
 from msgdefs.woosh_msgs.msg import ArTrackResult, LED, MoveBaseAction, MoveBaseGoal, RobotStatus
-from rosproto.time import Time
+from rosproto import Node
+from rosproto.numeric import pose_to_matrix
+from rosproto.time import Duration, Time
 
 
 def read(scan: LaserScan, odom: Odometry, image: Image) -> float:
@@ -114,6 +117,22 @@ def call() -> tuple[SetBoolRequest, str]:
     same: SetBoolRequest = request
     state: int = RobotStatus().task_state
     return same, SetBool.Response(success=bool(state)).message
+
+
+def span(begin: Time, end: Time) -> tuple[Duration, Time, float]:
+    half: Duration = (end - begin) / 2
+    return half, begin + half, half / Duration(1)
+
+
+def pass_on(node: Node, scan: LaserScan, fields: dict[str, bool]) -> NDArray[np.float32]:
+    node.service_client("/lift", SetBool).call(**fields)
+    node.publisher("/state", "std_msgs/Bool").publish(**fields)
+    node.publisher("/scan", LaserScan).publish(scan)
+    odometry: Odometry = node.wait_for_message("/odom", Odometry)
+    node.subscriber("/odom", Odometry, callback=lambda message: print(message.pose))
+    matrix = pose_to_matrix(odometry.pose.pose)
+    pixels: NDArray[np.float32] = matrix.astype(np.float32)
+    return pixels
 """
 WRONG = {
     'LaserScan().ranges = "text"': "Incompatible types in assignment",
@@ -122,6 +141,8 @@ WRONG = {
     "Twist(linaer=Vector3())": "Unexpected keyword argument",
     "SetBool.Request(data=1.5)": "incompatible type",
     "Polygon(points=[Twist()])": "List item 0 has incompatible type",
+    "Time() + Time()": "Unsupported operand types",
+    "pose_to_matrix(Twist())": "incompatible type",
 }
 
 
@@ -158,6 +179,7 @@ def test_that_program_runs() -> None:
     twist = names["write"]()  # type: ignore[operator]
     assert decode(type(twist), encode(twist)).angular.z == 1.0
     assert names["call"]()[1] == ""  # type: ignore[operator]
+    assert names["span"](Time(1), Time(5)) == (Duration(2), Time(3), 2.0)  # type: ignore[operator]
 
 
 def test_stubs_are_written_where_they_are_not_current(
