@@ -227,6 +227,23 @@ class Image:
             say("encoding {encoding} is not a depth image; expected 16UC1 or 32FC1", encoding=self.encoding)
         )
 
+    def visible(self) -> NDArray[np.uint8]:
+        """(height, width) grey or (height, width, 3 or 4) RGB(A), to look at it.
+
+        Depth is scaled to its range: near is bright, not measured is black.
+
+        Raises:
+            ValueError: The encoding cannot be shown.
+        """
+        import numpy as np
+
+        from rosproto.numeric import picture_order, visible_depth
+
+        if self.encoding in ("16UC1", "mono16", "32FC1"):
+            return visible_depth(self.depth_metres())
+        order = picture_order(self.encoding)
+        return np.ascontiguousarray(self.pixels if order is None else self.pixels[..., order], np.uint8)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointCloud:

@@ -1,5 +1,5 @@
-"""Camera pictures as PNG and JPEG. Cameras and the costmap are subscribed only while they have viewers: they
-have the highest data rates of all topics.
+"""Camera pictures as JPEG. Cameras and the costmap are subscribed only while they have viewers: they have the
+highest data rates of all topics.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
-from rosproto.numeric import encode_png, picture_order, visible_depth
 from woosh_pure import interface
 from woosh_pure.chassis import Chassis
 from woosh_pure.feed.feed import Feed, Reading
@@ -20,7 +19,7 @@ from woosh_pure.values.state import Image
 from woosh_pure.web.optional_libraries import pillow
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
 
 
 T = TypeVar("T")
@@ -39,27 +38,9 @@ LINGER = 2.0
 """Seconds for which a feed stays subscribed after the last viewer, so that the next request is fast."""
 
 
-def pixels_of(image: Image) -> NDArray[np.uint8]:
-    """Return a picture as (height, width) grey or (height, width, 3) RGB; depth is scaled to visible grey.
-
-    Raises:
-        ValueError: The encoding cannot be shown.
-    """
-    if image.encoding in ("16UC1", "mono16", "32FC1"):
-        shown: NDArray[np.uint8] = visible_depth(image.depth_metres())
-        return shown
-    order = picture_order(image.encoding)
-    return np.ascontiguousarray(image.pixels if order is None else image.pixels[..., order], np.uint8)
-
-
-def png_of(image: Image) -> bytes:
-    """The picture as PNG, in full size."""
-    return encode_png(pixels_of(image))
-
-
 def jpeg_of(image: Image, width: int = MAX_WIDTH) -> bytes:
     """The picture as JPEG, scaled down to at most that width."""
-    pixels = pixels_of(image)
+    pixels = image.visible()
     step = max(1, -(-pixels.shape[1] // width))
     small = np.ascontiguousarray(pixels[::step, ::step, :3] if pixels.ndim == 3 else pixels[::step, ::step])
     picture = pillow().fromarray(small)

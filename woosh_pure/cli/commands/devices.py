@@ -227,16 +227,11 @@ def image_png(image: Image, *, millimetres: bool = False) -> bytes:
         millimetres: True for depth as 16-bit grey in mm, 0 for not measured. It looks black.
 
     Raises:
-        ValueError: The encoding is not supported.
+        ValueError: The encoding is not supported, or not that of a depth image.
     """
-    from rosproto.numeric import depth_millimetres, encode_png, picture_order, visible_depth
+    from rosproto.numeric import depth_millimetres, encode_png
 
-    pixels = image.pixels
-    if image.encoding in ("16UC1", "mono16", "32FC1"):
-        metres = image.depth_metres()
-        return encode_png(depth_millimetres(metres) if millimetres else visible_depth(metres))
-    order = picture_order(image.encoding)
-    return encode_png(pixels if order is None else pixels[..., order])
+    return encode_png(depth_millimetres(image.depth_metres()) if millimetres else image.visible())
 
 
 def add_cloud(parser: ArgumentParser) -> None:

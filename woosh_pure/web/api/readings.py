@@ -20,7 +20,7 @@ from woosh_pure.feed.feed import Feed as ChassisFeed
 from woosh_pure.maps.gridmap import grid_from_message
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import PROBLEMS, connected, context_of, problems, robot_of
-from woosh_pure.web.camera import COSTMAP, jpeg_of, png_of
+from woosh_pure.web.camera import COSTMAP, jpeg_of
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live import robot_state
@@ -285,5 +285,5 @@ def get_picture(
     """One picture. Waits for it for up to three seconds."""
     image = robot_of(request).cameras[source].value()
     if form == "png":
-        return Response(png_of(image), media_type="image/png")
+        return Response(encode_png(image.visible()), media_type="image/png")
     return Response(jpeg_of(image, width), media_type="image/jpeg")
