@@ -15,7 +15,7 @@ from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannels, Ad
 from rosproto.gateway.foxglove.assets import Assets
 from rosproto.gateway.foxglove.graph import GraphView, GraphWatch
 from rosproto.gateway.foxglove.messages import Level
-from rosproto.gateway.foxglove.services import ServiceTypes
+from rosproto.gateway.foxglove.services import ServiceClasses
 from rosproto.gateway.gateway_server import GatewayState
 from rosproto.gateway.local_topic import LocalTopic
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
@@ -88,7 +88,7 @@ class ServerState(GatewayState):
         self.refusals = 0
         self._local = {topic.name: topic for topic in topics}
         self.advertised = AdvertisedChannels(node, access, self._local.values())
-        self._service_types = ServiceTypes(node, access)
+        self._service_classes = ServiceClasses(node, access)
         self._lock = threading.Lock()
         self._sessions: set[FoxgloveSession] = set()
         self._clock_subscription: SharedSubscription | None = None
@@ -152,7 +152,7 @@ class ServerState(GatewayState):
 
     def advertised_services(self, view: GraphView) -> Mapping[str, AdvertisedService]:
         """The visible services of a view whose type is known."""
-        return self.advertised.services(self._service_types.present(view))
+        return self.advertised.services(self._service_classes.present(view))
 
     def differs(self, description: TopicDescription) -> bool:
         """A publisher's definition differs from the advertised one: advertise it; False if it sent none.
@@ -170,13 +170,12 @@ class ServerState(GatewayState):
 
     def _changed(self, view: GraphView) -> None:
         self.advertised.keep_only(set(view.types))
-        self._service_types.forget(view)
         self._show()
         self.pool.spawn(self._ask_services)
 
     def _ask_services(self) -> None:
         view = self.view
-        if self._service_types.ask(view, lambda: self._closed or not self._sessions):
+        if self._service_classes.ask(view, lambda: self._closed or not self._sessions):
             for session in self.sessions:
                 session.show_services(view)
 

@@ -6,10 +6,8 @@ are connected.
 
 from __future__ import annotations
 
-import math
 import threading
-import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from rosproto.codec import ServiceType, decode, encode, service_class
 from rosproto.errors import CodecError, RosError
@@ -18,19 +16,12 @@ from rosproto.gateway.foxglove.advertised_channels import AdvertisedService
 from rosproto.gateway.foxglove.graph import GraphView
 from rosproto.gateway.foxglove.messages import ROS1, Call
 from rosproto.gateway.gateway_server import GatewayState
-from rosproto.logs import get_logger
+from rosproto.gateway.topic_type import ServiceTypes
 from rosproto.node import Node
-from rosproto.node.services import probe as service_probe
-from rosproto.transport.deadline import Deadline
-
-_log = get_logger("rosproto.gateway")
-
-PROBE_SECONDS = 2.0
-AGAIN_AFTER = 30.0
 
 
-class ServiceTypes:
-    """The types of services.
+class ServiceClasses:
+    """The classes of the services that viewers see.
 
     Args:
         node: Probes the providers.
@@ -40,17 +31,15 @@ class ServiceTypes:
     def __init__(self, node: Node, access: Access) -> None:
         self._node = node
         self._access = access
-        self._lock = threading.Lock()
+        self._types = ServiceTypes(node)
         self._asking = threading.Lock()
-        self._found: dict[
-            tuple[str, str], tuple[type[ServiceType] | None, float]
-        ] = {}  # class or None, and when to probe again
 
     def present(self, view: GraphView) -> dict[str, type[ServiceType]]:
         """The services of a view whose type is known, with their classes."""
-        with self._lock:
-            found = {key[0]: self._found.get(key, (None, 0.0))[0] for key in self._open(view)}
-        return {name: kind for name, kind in found.items() if kind is not None}
+        found = {
+            service: self._class_of(self._types.known(service, who)) for service, who in self._open(view)
+        }
+        return {service: kind for service, kind in found.items() if kind is not None}
 
     def _open(self, view: GraphView) -> list[tuple[str, str]]:
         """The visible services of a view: (service, provider)."""
@@ -66,38 +55,25 @@ class ServiceTypes:
             return False
         try:
             found = False
-            for key in self._open(view):
+            for service, provider in self._open(view):
                 if stop():
                     break
-                with self._lock:
-                    if time.monotonic() < self._found.get(key, (None, 0.0))[1]:
-                        continue
-                found |= self._ask_one(key)
+                if self._types.known(service, provider) is None:
+                    header = self._types.header(service, provider)
+                    found |= self._class_of(header) is not None
             return found
         finally:
             self._asking.release()
 
-    def _ask_one(self, key: tuple[str, str]) -> bool:
-        service, _ = key
+    def _class_of(self, header: Mapping[str, str] | None) -> type[ServiceType] | None:
+        """The class by a provider's header; None if its definition is not known."""
+        name = (header or {}).get("type", "")
         try:
-            header = service_probe.probe(self._node, service, Deadline(PROBE_SECONDS))
-            name = header.get("type", "")
             kind = service_class(name, self._node.definitions.library_for(name, "srv"))
-            if header.get("md5sum", kind._md5sum) not in (kind._md5sum, "*"):
-                kind = self._node.definitions.service(kind, header["md5sum"]) or kind
-        except (RosError, OSError, ValueError) as problem:
-            _log.info("! foxglove: %s is not offered: %s", service, problem)
-            kind = None
-        again = math.inf if kind is not None else time.monotonic() + AGAIN_AFTER
-        with self._lock:
-            self._found[key] = kind, again
-        return kind is not None
-
-    def forget(self, view: GraphView) -> None:
-        """Forget all services but those of a view."""
-        present = set(self._open(view))
-        with self._lock:
-            self._found = {key: found for key, found in self._found.items() if key in present}
+        except (RosError, ValueError):
+            return None
+        md5sum = (header or {}).get("md5sum", kind._md5sum)
+        return kind if md5sum in (kind._md5sum, "*") else self._node.definitions.service(kind, md5sum) or kind
 
 
 def call(service: AdvertisedService, asked: Call, state: GatewayState) -> bytes:

@@ -1,23 +1,16 @@
-"""The graph for /rosapi: topics, nodes, services and action servers that `Access` does not hide.
-
-Only the provider of a service knows its type, so it is probed; the type is remembered.
-"""
+"""The graph for /rosapi: topics, nodes, services and action servers that `Access` does not hide."""
 
 from __future__ import annotations
 
-import math
-import time
 from collections.abc import Iterable, Mapping
 from urllib.parse import urlsplit
 
-from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import MasterError, RosError
 from rosproto.gateway.access import ACTION_PARTS, Access, Kind
+from rosproto.gateway.topic_type import ServiceTypes
 from rosproto.node import Node
 from rosproto.node.graph.master_client import SystemState
-from rosproto.node.services.probe import probe
 from rosproto.transport.deadline import Deadline
-from rosproto.transport.uri import parse_uri
 
 
 class RosapiError(RosError):
@@ -37,40 +30,6 @@ class Visible:
     def only(self, kind: Kind, names: Iterable[str]) -> list[str]:
         """The visible names, sorted, without duplicates."""
         return sorted(name for name in set(names) if self.shows(kind, name))
-
-
-MAX_REMEMBERED = 2000
-PROBE_SECONDS = 2.0  # longest time for one probe
-AGAIN_AFTER = 10.0  # seconds until a provider that did not answer is probed again
-
-
-class ServiceTypes:
-    """Types of services by name, by probes of their providers. Thread-safe.
-
-    A provider is identified by its address: when another one takes over the service, it is probed again.
-    """
-
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._types: BoundedCache[tuple[str, str], tuple[str, float]] = BoundedCache(MAX_REMEMBERED)
-
-    def of(self, service: str, deadline: Deadline) -> str:
-        """The type of a service; "" without a provider, or if it does not answer."""
-        try:
-            uri = self._node.master.lookup_service(service, timeout=deadline.remaining())
-        except RosError:
-            return ""
-        known, valid_until = self._types.get((service, uri)) or ("", 0.0)
-        if time.monotonic() < valid_until:
-            return known
-        try:
-            header = probe(self._node, service, deadline.at_most(PROBE_SECONDS), address=parse_uri(uri))
-        except (RosError, ValueError, OSError):
-            self._types.put((service, uri), ("", time.monotonic() + AGAIN_AFTER))
-            return ""
-        type_name = header.get("type", "")
-        self._types.put((service, uri), (type_name, math.inf))
-        return type_name
 
 
 class VisibleGraph:
@@ -133,7 +92,13 @@ class VisibleGraph:
     def service_type(self, service: str, deadline: Deadline) -> str:
         if service in self._own:
             return self._own[service]
-        return self._types.of(service, deadline) if self._visible.shows("service", service) else ""
+        if not self._visible.shows("service", service):
+            return ""
+        try:
+            uri = self._node.master.lookup_service(service, timeout=deadline.remaining())
+        except RosError:
+            return ""
+        return self._types.header(service, uri, deadline).get("type", "")
 
     def services_for_type(self, type_name: str, deadline: Deadline) -> list[str]:
         """The services of this type. Probes unknown providers, as many as the deadline allows."""

@@ -8,8 +8,9 @@ from collections.abc import Iterator
 import pytest
 
 from rosproto.codec import service_class
+from rosproto.gateway import topic_type
 from rosproto.gateway.access import Access
-from rosproto.gateway.rosbridge.rosapi import Rosapi, RosapiError, graph, provide
+from rosproto.gateway.rosbridge.rosapi import Rosapi, RosapiError, provide
 from rosproto.gateway.rosbridge.rosapi.graph import action_servers
 from rosproto.master import Master
 from rosproto.msg import bundled
@@ -224,7 +225,7 @@ def test_a_provider_that_is_silent_holds_up_nobody_for_long(
     nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A provider that never answers: its type is unknown, it is probed once, and the others are listed."""
-    monkeypatch.setattr(graph, "PROBE_SECONDS", 0.2)
+    monkeypatch.setattr(topic_type, "PROBE_SECONDS", 0.2)
     robot, gateway = nodes
     with socket.create_server(("127.0.0.1", 0)) as silent:
         uri = f"rosrpc://127.0.0.1:{silent.getsockname()[1]}"
