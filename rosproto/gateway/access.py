@@ -121,6 +121,14 @@ class Access:
             refused = Refusal(kind, name, text)
         return refused
 
+    def shows(self, kind: Kind, name: str) -> bool:
+        """Whether clients may see a name."""
+        return self.may_read(kind, name) is None
+
+    def visible(self, kind: Kind, names: Iterable[str]) -> list[str]:
+        """The visible ones of some names, sorted, without duplicates."""
+        return sorted(name for name in set(names) if self.shows(kind, name))
+
     def denied(self, kind: Kind, name: str) -> Refusal | None:
         """The reason if `deny` covers the name; for an action also if it covers one of its topics."""
         name = _global(name)

@@ -38,7 +38,7 @@ class ParameterAccess:
         if isinstance(value, dict) and value:
             below = {name: self.visible(_join(key, name), one) for name, one in value.items()}
             return {name: one for name, one in below.items() if one is not HIDDEN} or HIDDEN
-        return value if self._access.may_read("parameter", key) is None else HIDDEN
+        return value if self._access.shows("parameter", key) else HIDDEN
 
     def may_write(self, key: str, value: object = None) -> Refusal | None:
         """Return None if a parameter may be set to a value, or deleted, with all below it; else the reason.

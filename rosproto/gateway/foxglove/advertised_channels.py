@@ -115,11 +115,11 @@ class AdvertisedChannels:
             topic: schema
             for topic, kind in view.types.items()
             if topic not in local
-            and self._access.may_read("topic", topic) is None
+            and self._access.shows("topic", topic)
             and (schema := self._schema(topic, kind, view.state.publishers[topic]))
         }
         for name, description in local.items():
-            if self._access.may_read("topic", name) is None:
+            if self._access.shows("topic", name):
                 found[name] = TopicSchema(description.type_name, description.md5sum, description.definition)
         return found
 

@@ -167,9 +167,9 @@ def connection_graph(view: GraphView, access: Access) -> ConnectionGraph:
 
     def seen(names: Mapping[str, Sequence[str]], kind: Kind) -> dict[str, Sequence[str]]:
         return {
-            name: [node for node in nodes if access.may_read("node", node) is None]
+            name: [node for node in nodes if access.shows("node", node)]
             for name, nodes in names.items()
-            if access.may_read(kind, name) is None
+            if access.shows(kind, name)
         }
 
     return ConnectionGraph(

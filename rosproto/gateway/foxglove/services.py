@@ -46,7 +46,7 @@ class ServiceClasses:
         return [
             (service, nodes[0])
             for service, nodes in sorted(view.state.services.items())
-            if nodes and self._access.may_read("service", service) is None
+            if nodes and self._access.shows("service", service)
         ]
 
     def ask(self, view: GraphView, stop: Callable[[], bool]) -> bool:

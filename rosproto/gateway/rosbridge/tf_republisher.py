@@ -78,9 +78,9 @@ class TfOnDemand:
             MasterError, ConnectionLost, RosTimeout: The master does not answer, or refuses the registration.
         """
         kind = KINDS.get(name)
-        if kind is None or self._access.may_read(kind, name) is not None:
+        if kind is None or not self._access.shows(kind, name):
             return False
-        if self._access.may_read("topic", "/tf") is not None:
+        if not self._access.shows("topic", "/tf"):
             return False
         with self._lock:
             if self._republisher is None and not self._closed and not self._is_provided():

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from rosproto.codec import Message, ServiceType, service_class
 from rosproto.errors import MasterError, RosError, ServiceError
 from rosproto.gateway.access import Access
-from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible, VisibleGraph
+from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, VisibleGraph
 from rosproto.gateway.rosbridge.rosapi.parameters import VisibleParameters
 from rosproto.gateway.rosbridge.rosapi.types import Definitions
 from rosproto.gateway.values import from_values
@@ -60,11 +60,10 @@ class Rosapi:
         self._node = node
         self._timeout = timeout
         self._raw_types_turn = threading.Lock()
-        visible = Visible(access)
-        self._definitions = Definitions(node, visible)
+        self._definitions = Definitions(node, access)
         self.services: dict[str, str] = {}
-        self._graph = VisibleGraph(node, visible, self.services)
-        self._table = self._entries(VisibleParameters(node, visible))
+        self._graph = VisibleGraph(node, access, self.services)
+        self._table = self._entries(VisibleParameters(node, access))
         self.services.update(
             (service, f"rosapi/{entry.type}")
             for name, entry in self._table.items()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from urllib.parse import urlsplit
 
 from rosproto.errors import MasterError, RosError
-from rosproto.gateway.access import ACTION_PARTS, Access, Kind
+from rosproto.gateway.access import ACTION_PARTS, Access
 from rosproto.gateway.topic_type import ServiceTypes
 from rosproto.node import Node
 from rosproto.node.graph.master_client import SystemState
@@ -17,33 +17,18 @@ class RosapiError(RosError):
     """A call of /rosapi is refused or failed; the text is a sentence for the client."""
 
 
-class Visible:
-    """Filters names by an `Access`."""
-
-    def __init__(self, access: Access) -> None:
-        self.access = access
-
-    def shows(self, kind: Kind, name: str) -> bool:
-        """Whether clients may see a name."""
-        return self.access.may_read(kind, name) is None
-
-    def only(self, kind: Kind, names: Iterable[str]) -> list[str]:
-        """The visible names, sorted, without duplicates."""
-        return sorted(name for name in set(names) if self.shows(kind, name))
-
-
 class VisibleGraph:
     """The part of the master's graph that one gateway shows.
 
     Args:
         node: Calls the master.
-        visible: Which names may be shown.
+        access: Which names may be shown.
         own: Types of the services that the gateway answers itself, by name; they are listed as this node's.
     """
 
-    def __init__(self, node: Node, visible: Visible, own: Mapping[str, str]) -> None:
+    def __init__(self, node: Node, access: Access, own: Mapping[str, str]) -> None:
         self._node = node
-        self._visible = visible
+        self._access = access
         self._own = own
         self._types = ServiceTypes(node)
 
@@ -52,7 +37,7 @@ class VisibleGraph:
         master = self._node.master
         types = master.get_topic_types(timeout=deadline.remaining())
         state = master.get_system_state(timeout=deadline.remaining())
-        names = self._visible.only("topic", {*state.publishers, *state.subscribers})
+        names = self._access.visible("topic", {*state.publishers, *state.subscribers})
         return {name: "" if types.get(name, "*") == "*" else types[name] for name in names}
 
     def topics_for_type(self, type_name: str, deadline: Deadline) -> list[str]:
@@ -65,16 +50,16 @@ class VisibleGraph:
         return self._nodes_of(topic, self._state(deadline).subscribers)
 
     def _nodes_of(self, topic: str, table: dict[str, list[str]]) -> list[str]:
-        if not self._visible.shows("topic", topic):
+        if not self._access.shows("topic", topic):
             return []
-        return [node for node in table.get(topic, []) if self._visible.shows("node", node)]
+        return [node for node in table.get(topic, []) if self._access.shows("node", node)]
 
     def nodes(self, deadline: Deadline) -> list[str]:
-        return self._visible.only("node", self._state(deadline).nodes)
+        return self._access.visible("node", self._state(deadline).nodes)
 
     def node_details(self, node: str, deadline: Deadline) -> tuple[list[str], list[str], list[str]]:
         """The topics a node subscribes to and publishes, and its services."""
-        if not self._visible.shows("node", node):
+        if not self._access.shows("node", node):
             return [], [], []
         state = self._state(deadline)
         subscribes, publishes, serves = (
@@ -83,16 +68,16 @@ class VisibleGraph:
         )
         if node == self._node.name:
             serves += self._own
-        only = self._visible.only
-        return only("topic", subscribes), only("topic", publishes), only("service", serves)
+        visible = self._access.visible
+        return visible("topic", subscribes), visible("topic", publishes), visible("service", serves)
 
     def services(self, deadline: Deadline) -> list[str]:
-        return sorted({*self._own, *self._visible.only("service", self._state(deadline).services)})
+        return sorted({*self._own, *self._access.visible("service", self._state(deadline).services)})
 
     def service_type(self, service: str, deadline: Deadline) -> str:
         if service in self._own:
             return self._own[service]
-        if not self._visible.shows("service", service):
+        if not self._access.shows("service", service):
             return ""
         try:
             uri = self._node.master.lookup_service(service, timeout=deadline.remaining())
@@ -116,22 +101,22 @@ class VisibleGraph:
             for service in self.services_for_type(type_name, deadline)
             for node in ([self._node.name] if service in self._own else table.get(service, []))
         ]
-        return [node for node in dict.fromkeys(found) if self._visible.shows("node", node)]
+        return [node for node in dict.fromkeys(found) if self._access.shows("node", node)]
 
     def service_node(self, service: str, deadline: Deadline) -> str:
         """The node that provides a service, or ""."""
         if service in self._own:
             return self._node.name
-        if not self._visible.shows("service", service):
+        if not self._access.shows("service", service):
             return ""
-        found = [n for n in self._state(deadline).services.get(service, []) if self._visible.shows("node", n)]
+        found = [n for n in self._state(deadline).services.get(service, []) if self._access.shows("node", n)]
         return found[0] if found else ""
 
     def service_host(self, service: str, deadline: Deadline) -> str:
         """The host of a service's provider, or ""."""
         if service in self._own:
             return self._node.tcpros_address[0]
-        if not self._visible.shows("service", service):
+        if not self._access.shows("service", service):
             return ""
         try:
             uri = self._node.master.lookup_service(service, timeout=deadline.remaining())
@@ -141,7 +126,7 @@ class VisibleGraph:
 
     def action_servers(self, deadline: Deadline) -> list[str]:
         shown = action_servers(self.topics(deadline))
-        return [name for name in shown if self._visible.shows("action", name)]
+        return [name for name in shown if self._access.shows("action", name)]
 
     def _state(self, deadline: Deadline) -> SystemState:
         return self._node.master.get_system_state(timeout=deadline.remaining())

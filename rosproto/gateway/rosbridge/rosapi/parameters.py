@@ -5,9 +5,9 @@ from __future__ import annotations
 import base64
 import json
 
-from rosproto.gateway.access import Refusal
+from rosproto.gateway.access import Access, Refusal
 from rosproto.gateway.parameter_access import HIDDEN, ParameterAccess
-from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible
+from rosproto.gateway.rosbridge.rosapi.graph import RosapiError
 from rosproto.json_values import plain
 from rosproto.node import Node
 
@@ -15,21 +15,21 @@ from rosproto.node import Node
 class VisibleParameters:
     """The part of the parameter server that one gateway shows. The node resolves names."""
 
-    def __init__(self, node: Node, visible: Visible) -> None:
+    def __init__(self, node: Node, access: Access) -> None:
         self._node = node
-        self._visible = visible
-        self._rules = ParameterAccess(node, visible.access)
+        self._access = access
+        self._rules = ParameterAccess(node, access)
 
     def get(self, name: str, default: str) -> str:
         """A parameter as JSON text; if it is not set, `default` (JSON, or else a string) or "null"."""
         key = self._key(name)
         value = self._node.params.get(key, HIDDEN)
         if value is HIDDEN:
-            self._check(self._visible.access.may_read("parameter", key))
+            self._check(self._access.may_read("parameter", key))
             return _to_json(_from_json_or_text(default))
         shown = self._rules.visible(key, value)
         if shown is HIDDEN:
-            self._check(self._visible.access.may_read("parameter", key))
+            self._check(self._access.may_read("parameter", key))
             shown = {}  # a visible namespace without visible parameters
         return _to_json(shown)
 
@@ -62,7 +62,7 @@ class VisibleParameters:
     def has(self, name: str) -> bool:
         """Whether a visible parameter or namespace of this name is set."""
         key = self._key(name)
-        if self._visible.shows("parameter", key):
+        if self._access.shows("parameter", key):
             return self._node.params.has(key)
         below = key.rstrip("/") + "/"
         return any(other.startswith(below) for other in self.names())
@@ -74,11 +74,11 @@ class VisibleParameters:
                 f'"{name}" cannot be searched for; give a relative name, such as robot_description'
             )
         found = self._node.params.search(name) or ""
-        return found if found and self._visible.shows("parameter", found) else ""
+        return found if found and self._access.shows("parameter", found) else ""
 
     def names(self) -> list[str]:
         """All visible keys, sorted."""
-        return self._visible.only("parameter", self._node.params.names())
+        return self._access.visible("parameter", self._node.params.names())
 
     def _key(self, name: str) -> str:
         if not name:

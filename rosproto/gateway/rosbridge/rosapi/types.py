@@ -15,7 +15,8 @@ from collections.abc import Callable
 
 from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import DefinitionError, RosError
-from rosproto.gateway.rosbridge.rosapi.graph import RosapiError, Visible
+from rosproto.gateway.access import Access
+from rosproto.gateway.rosbridge.rosapi.graph import RosapiError
 from rosproto.gateway.values import definition_name
 from rosproto.msg import (
     BUILTIN_TYPES,
@@ -97,9 +98,9 @@ ASK_SECONDS = 3.0
 class Definitions:
     """Definitions by type name, for one node. Thread-safe."""
 
-    def __init__(self, node: Node, visible: Visible) -> None:
+    def __init__(self, node: Node, access: Access) -> None:
         self._node = node
-        self._visible = visible
+        self._access = access
         self._learned: BoundedCache[str, DefinitionLibrary] = BoundedCache(MAX_LEARNED, MAX_CHARACTERS)
 
     def message_details(self, name: str) -> list[Typedef]:
@@ -163,7 +164,7 @@ class Definitions:
             return None
         topics = [topic for topic, kind in types.items() if kind == name and topic in publishers]
         places = [(topic, node_name) for topic in topics for node_name in publishers[topic]]
-        shown = [(topic, who) for topic, who in places if self._visible.shows("topic", topic)]
+        shown = [(topic, who) for topic, who in places if self._access.shows("topic", topic)]
         for topic, publisher in shown[:MAX_ASKED]:
             try:
                 reply = probe_topic(node, topic, publisher, deadline)
