@@ -233,6 +233,19 @@ def test_a_header_may_come_byte_by_byte(pair: tuple[socket.socket, socket.socket
     sender.join()
 
 
+def test_a_long_header_is_read_as_it_comes_and_nothing_behind_it(
+    pair: tuple[socket.socket, socket.socket],
+) -> None:
+    """Definitions are as long as this; a peer that announces much and sends little takes no memory for it."""
+    one, other = pair
+    fields = {"message_definition": "x" * 500_000, "topic": "/t"}
+    sender = threading.Thread(target=lambda: one.sendall(encode_header(fields) + b"message"))
+    sender.start()
+    assert read_header(other, Limits(), Deadline(SOON)) == fields
+    assert other.recv(100) == b"message"
+    sender.join()
+
+
 def test_a_silent_peer_costs_the_deadline_only(pair: tuple[socket.socket, socket.socket]) -> None:
     pair[0].sendall(b"\x10\0\0\0abc")
     with pytest.raises(RosTimeout, match="read a connection header"):
