@@ -178,6 +178,20 @@ def test_a_goal_and_a_velocity_block_do_not_fight_for_the_base(sim, real_time, c
     assert task.wait(30.0)
 
 
+def test_a_replacing_goal_that_is_refused_for_a_velocity_block_ends_nothing(sim, chassis):
+    task = chassis.go_to_mark("B1")
+    with chassis.velocity(bypasses_protection=True, check=False):
+        for call in (
+            lambda: chassis.go_to(1, 0, replace=True),
+            lambda: chassis.move(0.1, replace=True),
+            lambda: chassis.go_to_mark("A1", replace=True),
+        ):
+            with pytest.raises(MotionRefused, match="velocity block is open"):
+                call()
+    assert not task.done
+    assert not task.cancel().arrived
+
+
 def test_a_drive_that_could_not_be_opened_takes_no_velocity(sim, chassis):
     with chassis.velocity(bypasses_protection=True):
         second = chassis.velocity(bypasses_protection=True)

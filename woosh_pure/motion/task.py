@@ -494,8 +494,6 @@ def start_task(
     since = components.motions.since
     order.check()
     components.readiness_state.require_ready("task", check)
-    if check:
-        components.motions.require_free_base("task")
     components.feeds.require_publisher("status")
     motion = TaskMotion(components, order)
     handle = TaskHandle(motion, timeout)

@@ -266,6 +266,8 @@ class ActiveMotions:
         self._prepare()
         drives = goal.drives
         if drives:
+            if check:  # before another goal is ended for it
+                self.require_free_base(goal.description)
             self._make_way(goal, self._others(goal), check=check, replace=replace)
         ended = [other for other in self.goals if other.done]  # `done` may use the network
         with self._lock:
