@@ -4,7 +4,8 @@ Recorders write one chunk after the other, so time spans of chunks rarely overla
 read, sorted and yielded. Overlapping chunks are opened by start time; before each is opened, all messages up
 to its start are yielded. If overlapping chunks exceed the budget, only the places of their messages are kept
 (about 50 bytes each), and chunks are read again when messages are due: for at least as many bytes of messages
-as the budget, so that a bag whose chunks all overlap is unpacked once for each 64 MB of its messages.
+as the budget, or as the largest chunk has, so that a bag whose chunks all overlap is unpacked at most once
+for each 64 MB of its messages.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ def merged(
     waiting: list[_PendingMessages] = []
     patience = 0  # chunks until the waiting ones are looked through again: their number may be large
     for number in numbers:
-        data = load(number)
+        data = held.load(number)
         rows = None if data is None else select(data)
         if data is not None and rows is not None and len(rows.conn):
             held.put(number, data)
@@ -207,9 +208,11 @@ def _batches_of(
         yield Batch(rows, None, pieces, held.get)
         return
     weight = np.cumsum(_weights(rows))
+    # A larger chunk takes more memory in any case. With as much for messages, it is read less often.
+    budget = max(BUDGET_BYTES, *(piece.chunk_bytes for piece in due))
     first = 0
     while first < len(pieces):
-        maximum = BUDGET_BYTES + (int(weight[first - 1]) if first else 0)
+        maximum = budget + (int(weight[first - 1]) if first else 0)
         end = max(first + 1, int(np.searchsorted(weight, maximum, "right")))
         yield _copied(rows.take(slice(first, end)), pieces[first:end], held)
         first = end
@@ -234,11 +237,15 @@ def _copied(rows: MessageTable, pieces: NDArray[np.int64], held: _ChunkCache) ->
         start[which] = end[which] - (last - first)
         offsets[which] = first - chunk.base
         parts[number] = ChunkData(chunk.info, blob, 0, len(blob))
+        del chunk  # before the next one is read
     return Batch(rows._replace(start=start, end=end), None, pieces, parts.__getitem__, offsets)
 
 
 class _ChunkCache:
-    """A cache of the recently used chunks: at most BUDGET_BYTES, but at least one chunk."""
+    """A cache of the recently used chunks: at most BUDGET_BYTES, but at least one chunk.
+
+    A chunk beyond that is given up before the next one is read.
+    """
 
     def __init__(self, order: Sequence[ChunkInfo], load: Callable[[int], ChunkData | None]) -> None:
         self._order = order
@@ -246,18 +253,26 @@ class _ChunkCache:
         self._chunks: OrderedDict[int, ChunkData] = OrderedDict()
         self._bytes = 0
 
+    def load(self, number: int) -> ChunkData | None:
+        """Read a chunk that is not held."""
+        self._give_up(0)
+        return self._load(number)
+
+    def _give_up(self, kept: int) -> None:
+        while self._bytes > BUDGET_BYTES and len(self._chunks) > kept:
+            self._bytes -= len(self._chunks.popitem(last=False)[1].blob)
+
     def put(self, number: int, data: ChunkData) -> None:
         self._chunks[number] = data
         self._bytes += len(data.blob)
-        while self._bytes > BUDGET_BYTES and len(self._chunks) > 1:
-            self._bytes -= len(self._chunks.popitem(last=False)[1].blob)
+        self._give_up(1)
 
     def get(self, number: int) -> ChunkData:
         data = self._chunks.get(number)
         if data is not None:
             self._chunks.move_to_end(number)
             return data
-        data = self._load(number)
+        data = self.load(number)
         if data is None:  # it was readable before
             raise BagError("the bag changed while it was read", offset=self._order[number].pos)
         self.put(number, data)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from rosproto.bag import BagLimits, BagReader, BagWriter
+from rosproto.bag import BagLimits, BagReader, BagWriter, time_order
 from rosproto.bag.bag_file import MAX_CONNECTIONS, Budget
 from rosproto.bag.records import MAGIC, ChunkHeader, FileHeader, encode_fields
 from rosproto.cli import main
@@ -62,6 +62,27 @@ def test_a_header_that_declares_little_gets_no_more() -> None:
     data = scanned(chunk(bytes(100 * MB), declared=1000))
     assert peak_of(lambda: BagReader(io.BytesIO(data))) < MB
     assert BagReader(io.BytesIO(data)).message_count == 0
+
+
+@pytest.mark.promise("A larger chunk takes up to four times its size in all")
+@pytest.mark.parametrize(
+    ("chunk_bytes", "messages", "size"),
+    [(24 * MB, 1, 24 * MB), (24 * MB, 96, MB), (MB, 96, MB), (MB // 4, 96 * 16, MB // 16)],
+    ids=["one message", "few large chunks", "many chunks", "many messages"],
+)
+def test_a_small_bag_of_zeros_takes_bounded_memory(
+    chunk_bytes: int, messages: int, size: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`bag filter`, with chunks that all overlap in time; LZ4 packs zeros 255 to 1."""
+    path = tmp_path / "in.bag"
+    with BagWriter(path, "lz4", chunk_bytes) as bag:
+        zeros = String(data="\0" * size)
+        for number in range(messages):
+            bag.write("/zeros", zeros, 1.0 + number * 7919 % messages)
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 4 * MB)
+    words = ["bag", "filter", str(path), str(tmp_path / "out.bag"), "m.data"]
+    assert peak_of(lambda: main(words)) < 4 * max(chunk_bytes, size) + 24 * MB
+    assert BagReader(tmp_path / "out.bag").message_count == messages
 
 
 def test_chunks_count_together() -> None:

@@ -111,6 +111,30 @@ def test_chunks_that_all_overlap_are_read_a_few_times(monkeypatch, chunk_bytes):
     assert len(reads) <= len(bag.chunks) * (taken / 100_000 + 2)
 
 
+@pytest.mark.promise("at most, or for as many as the largest chunk has")
+def test_overlapping_chunks_larger_than_the_budget_are_read_once_for_as_many_messages(monkeypatch):
+    """Four chunks of 275 MB took two minutes."""
+    what = entries(2000)
+    made = bag_bytes([what[i * 97 % 2000] for i in range(2000)], "lz4", chunk_bytes=60_000)
+    reads, sizes = [], set()
+    real = reader.read_chunk
+
+    def read_chunk(*given, **more):
+        chunk = real(*given, **more)
+        reads.append(chunk.info.pos)
+        sizes.add(len(chunk.blob))
+        return chunk
+
+    monkeypatch.setattr(reader, "read_chunk", read_chunk)
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 1000)
+    bag = read(made)
+    messages = [message for _, message, _ in bag.read_messages(raw=True)]
+    assert len(messages) == 2000
+    taken = sum(len(message.data) + time_order.MESSAGE_BYTES for message in messages)
+    assert len(bag.chunks) > 2
+    assert len(reads) <= len(bag.chunks) * (taken / max(sizes) + 2)
+
+
 def test_equal_times_keep_the_order_of_the_file():
     what = [("/chatter", String(data=str(i)), Time(5)) for i in range(500)]
     bag = read(bag_bytes(what, chunk_bytes=700))
