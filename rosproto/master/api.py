@@ -20,7 +20,7 @@ from typing import NamedTuple
 from rosproto.logs import PeerLog, get_logger
 from rosproto.master import validation as v
 from rosproto.master.notifications import Notification
-from rosproto.master.parameters import ParameterTree, subscription_key
+from rosproto.master.parameters import Displaced, ParameterTree, subscription_key
 from rosproto.master.registry import ERROR, FAILURE, SUCCESS, Answer, Registry
 
 _log = get_logger("rosproto.master")
@@ -158,26 +158,30 @@ class MasterApi:
 
     # -- parameters --------------------------------------------------------------------------------------
 
-    @_method(0, v.resolved_key)
-    def deleteParam(self, caller_id: str, key: str) -> Answer:
+    def _displaced(self, key: str) -> Displaced:
+        return self.parameters.displaced(key)
+
+    @_method(0, v.resolved_key, prepare=_displaced)
+    def deleteParam(self, caller_id: str, key: str, displaced: Displaced) -> Answer:
         """Remove a value or namespace."""
         try:
-            notes = self.parameters.delete(key)
+            notes = self.parameters.delete(key, displaced=displaced)
         except KeyError:
             return Answer(ERROR, f"parameter [{key}] is not set", 0)
         return Answer(SUCCESS, f"parameter {key} deleted", 0, tuple(notes))
 
-    def _weight(self, key: str, value: object) -> int:
+    def _weight(self, key: str, value: object) -> tuple[int, Displaced]:
         try:
-            return self.parameters.weigh(key, value)
+            return self.parameters.weigh(key, value), self.parameters.displaced(key)
         except ValueError as error:
             raise v.InvalidArgument(f"ERROR: parameter [value] {error}") from None
 
     @_method(0, v.resolved_key, v.value, prepare=_weight)
-    def setParam(self, caller_id: str, key: str, value: object, weight: int) -> Answer:
+    def setParam(self, caller_id: str, key: str, value: object, weighed: tuple[int, Displaced]) -> Answer:
         """Store a value; a struct replaces the namespace."""
+        weight, displaced = weighed
         try:
-            notes = self.parameters.set(key, value, caller_id, weight=weight)
+            notes = self.parameters.set(key, value, caller_id, weight=weight, displaced=displaced)
         except TypeError as error:
             return Answer(ERROR, f"Error: invalid arguments: {error}", 0)
         except ValueError as error:
@@ -225,10 +229,13 @@ class MasterApi:
         """Whether a value or namespace exists."""
         return Answer(SUCCESS, key, self.parameters.has(key))
 
-    @_method([])
-    def getParamNames(self, caller_id: str) -> Answer:
+    def _names(self) -> list[str]:
+        return self.parameters.names()
+
+    @_method([], prepare=_names)
+    def getParamNames(self, caller_id: str, names: list[str]) -> Answer:
         """Keys of all values."""
-        return Answer(SUCCESS, "Parameter names", self.parameters.names())
+        return Answer(SUCCESS, "Parameter names", names)
 
     # -- services ----------------------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ notified of the deletion.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 from rosproto.master.notifications import ParamUpdate
 
@@ -29,8 +30,15 @@ def subscription_key(key: str) -> str:
     return "/" + "".join(f"{part}/" for part in key.split("/") if part)
 
 
+class Displaced(NamedTuple):
+    """A value that another one replaces, and its approximate size in bytes."""
+
+    value: object
+    size: int
+
+
 class ParameterTree:
-    """Values and their subscribers. Not thread-safe: the caller holds a lock around every method.
+    """Values and their subscribers. The caller holds a lock around every method that does not say otherwise.
 
     Args:
         subscribers: Live view: subscription key -> {(node name, node URI): None}.
@@ -79,8 +87,25 @@ class ParameterTree:
             raise ValueError("is nested too deep")
         return _checked_size(value, self.max_depth - depth)
 
+    def displaced(self, key: str) -> Displaced:
+        """What `set` or `delete` would take away; needs no lock, and takes long for a large value."""
+        value: object = self._root
+        for part in _parts(key):
+            if not isinstance(value, dict):
+                break
+            if part not in value:
+                return _NOTHING
+            value = value[part]
+        return _NOTHING if value is self._root else Displaced(value, _checked_size(value))
+
     def set(
-        self, key: str, value: object, caller_id: str | None = None, *, weight: int | None = None
+        self,
+        key: str,
+        value: object,
+        caller_id: str | None = None,
+        *,
+        weight: int | None = None,
+        displaced: Displaced | None = None,
     ) -> list[ParamUpdate]:
         """Store a value; a dict replaces the whole subtree.
 
@@ -89,6 +114,7 @@ class ParameterTree:
             value: Any value that XML-RPC can return; owned by the tree from now on.
             caller_id: The node that sets it; it is not notified about this key and those above.
             weight: The result of `weigh`, if it was called before.
+            displaced: The same for `displaced`. If another value is there by now, it is weighed here.
 
         Raises:
             TypeError: The root is set to something else than a dict.
@@ -100,7 +126,7 @@ class ParameterTree:
             weight = self.weigh(key, value)
         below = self.has(key) and isinstance(self.get(key), dict)
         if parts:
-            root, growth = _replaced(self._root, parts, value, weight)
+            root, growth = _replaced(self._root, parts, value, weight, displaced or _NOTHING)
         elif isinstance(value, dict):
             root, growth = value, weight - self._bytes
         else:
@@ -111,8 +137,12 @@ class ParameterTree:
         self._bytes += growth
         return self._updates(key, value, caller_id, below=below)
 
-    def delete(self, key: str) -> list[ParamUpdate]:
+    def delete(self, key: str, *, displaced: Displaced | None = None) -> list[ParamUpdate]:
         """Remove a value or subtree; all subscribers are notified, the caller included.
+
+        Args:
+            key: Resolved key.
+            displaced: As for `set`.
 
         Raises:
             KeyError: Nothing is set there, or it is the root.
@@ -120,7 +150,7 @@ class ParameterTree:
         parts = _parts(key)
         if not parts or not self.has(key):
             raise KeyError(key)
-        self._root, growth = _replaced(self._root, parts, _DELETED, 0)
+        self._root, growth = _replaced(self._root, parts, _DELETED, 0, displaced or _NOTHING)
         self._bytes += growth
         return self._updates(key, {}, None, below=True)
 
@@ -148,7 +178,7 @@ class ParameterTree:
         return None
 
     def names(self) -> list[str]:
-        """Keys of all values that are not namespaces."""
+        """Keys of all values that are not namespaces; needs no lock."""
         return list(_leaves("/", self._root))
 
     def _updates(self, key: str, value: object, ignore: str | None, *, below: bool) -> list[ParamUpdate]:
@@ -171,6 +201,7 @@ class ParameterTree:
 
 
 _DELETED = object()
+_NOTHING = Displaced(_DELETED, 0)
 
 
 def _parts(key: str) -> list[str]:
@@ -203,23 +234,27 @@ def _leaves(prefix: str, tree: dict[str, object]) -> Iterator[str]:
 
 
 def _replaced(
-    tree: dict[str, object], parts: list[str], value: object, weight: int
+    tree: dict[str, object], parts: list[str], value: object, weight: int, displaced: Displaced
 ) -> tuple[dict[str, object], int]:
     """A copy of `tree` with one entry changed or removed, and the growth in bytes.
 
     A plain value on the path becomes a namespace, as in rosmaster. Recursion is bounded by the tree's depth.
     """
+
+    def size_of(item: object) -> int:
+        return displaced.size if item is displaced.value else _checked_size(item)
+
     head, rest = parts[0], parts[1:]
     copy = dict(tree)
     growth = 0 if head in tree else _ENTRY_BYTES + len(head)
     if rest:
         child = tree.get(head)
         if not isinstance(child, dict):
-            growth += _ENTRY_BYTES - (_checked_size(child) if head in tree else 0)
+            growth += _ENTRY_BYTES - (size_of(child) if head in tree else 0)
             child = {}
-        copy[head], more = _replaced(child, rest, value, weight)
+        copy[head], more = _replaced(child, rest, value, weight, displaced)
         return copy, growth + more
-    former = _checked_size(tree[head]) if head in tree else 0
+    former = size_of(tree[head]) if head in tree else 0
     if value is _DELETED:
         del copy[head]
         return copy, -former - _ENTRY_BYTES - len(head)

@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rosproto.errors import RemoteProtocolError, RosError
+from rosproto.errors import LocalProtocolError, RemoteProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import (
@@ -33,7 +33,9 @@ log = get_logger("rosproto.transport")
 _PATHS = ("/", "/RPC2")
 _RECV_BYTES = 1 << 16
 _MIN_BYTES_PER_SECOND = 16 << 10  # of a request that takes longer than handshake_seconds
-_LARGE_BYTES = 256 << 10  # of a request; larger ones are answered one at a time
+_LARGE_BYTES = 256 << 10  # of a request or reply; larger ones are read and made one at a time
+_MAX_REPLY_BYTES = 64 << 20  # of one reply; and of the large ones that are being sent, and the next one
+_TAGS_BYTES = 30  # around a value in a reply, approximately
 _LINGER_SECONDS = 1.0
 _LINGER_BYTES = 1 << 20
 _REPLY_SECONDS = 0.5  # for replies that are being written when the server closes
@@ -108,6 +110,8 @@ class XmlRpcServer:
         self._clock = clock
         self._name = name
         self._large = threading.Lock()
+        self._sending = 0  # bytes of large replies
+        self._sent = threading.Condition()
         self._answering: set[int] = set()  # threads
         self._answered = threading.Condition()
         self._constructed = threading.Lock()
@@ -168,6 +172,8 @@ class XmlRpcServer:
     def answer(self, body: bytes, peer: Peer) -> bytes:
         """The response document for a call document; never raises for an error of the peer or the handler.
 
+        Call `sent` when it has been sent, or cannot be.
+
         A large call takes seconds of processor time. Several at a time would delay the small ones of others
         by all of that, because a thread waits for each running one whenever it continues; so they take turns.
         """
@@ -176,11 +182,47 @@ class XmlRpcServer:
         if not self._large.acquire(timeout=self._limits.idle_seconds):
             return xmlrpc.encode_fault(INTERNAL_ERROR, "other large requests take too long; try again later")
         try:
-            return self._answer(body, peer)
+            return self._answer(body, peer, has_turn=True)
         finally:
             self._large.release()
 
-    def _answer(self, body: bytes, peer: Peer) -> bytes:
+    def sent(self, reply: bytes) -> None:
+        """A result of `answer` is no longer needed."""
+        if len(reply) >= _LARGE_BYTES:
+            with self._sent:
+                self._sending -= len(reply)
+                self._sent.notify_all()
+
+    def _reply(self, method: str, result: object, has_turn: bool) -> bytes:
+        """The document for a result; a large one is made alone, and when those being sent leave room."""
+        size = _size_in_reply(result)
+        if size > _MAX_REPLY_BYTES:
+            raise LocalProtocolError(
+                f"the result has more than {_MAX_REPLY_BYTES} bytes; ask for parts of it"
+            )
+        if size < _LARGE_BYTES or has_turn:
+            return self._counted(xmlrpc.encode_response(result))
+        deadline = Deadline(self._limits.idle_seconds, self._clock)
+        while self._large.acquire(timeout=deadline.remaining() or 0.0):
+            try:
+                if self._sending < _MAX_REPLY_BYTES:
+                    return self._counted(xmlrpc.encode_response(result))
+            finally:
+                self._large.release()
+            with self._sent:
+                if not self._sent.wait_for(
+                    lambda: self._sending < _MAX_REPLY_BYTES, deadline.remaining() or 0.0
+                ):
+                    break
+        raise xmlrpc.Fault(INTERNAL_ERROR, f"{method}: other large replies take too long; try again later")
+
+    def _counted(self, reply: bytes) -> bytes:
+        if len(reply) >= _LARGE_BYTES:
+            with self._sent:
+                self._sending += len(reply)
+        return reply
+
+    def _answer(self, body: bytes, peer: Peer, *, has_turn: bool = False) -> bytes:
         try:
             method, params = xmlrpc.decode_call(body, self._limits)
         except RemoteProtocolError as error:
@@ -193,7 +235,7 @@ class XmlRpcServer:
                 if method == "system.multicall"
                 else self._call(method, params, peer)
             )
-            return xmlrpc.encode_response(result)
+            return self._reply(method, result, has_turn)
         except xmlrpc.Fault as fault:
             return xmlrpc.encode_fault(fault.code, fault.text)
         except RosError as error:  # a result that XML-RPC cannot encode
@@ -231,6 +273,22 @@ class XmlRpcServer:
             return {"faultCode": fault.code, "faultString": fault.text}
         except RosError as error:
             return {"faultCode": INTERNAL_ERROR, "faultString": str(error)}
+
+
+def _size_in_reply(value: object) -> int:
+    """Approximate size of a value in a reply; of a larger one than allowed, only that it is."""
+    total, todo = 0, [value]
+    while todo and total <= _MAX_REPLY_BYTES:
+        item = todo.pop()
+        total += _TAGS_BYTES
+        if isinstance(item, (str, bytes, bytearray)):
+            total += len(item)
+        elif isinstance(item, dict):
+            total += sum(_TAGS_BYTES + len(str(name)) for name in item)
+            todo += item.values()
+        elif isinstance(item, (list, tuple)):
+            todo += item
+    return total
 
 
 class _HttpConnection:
@@ -307,7 +365,10 @@ class _HttpConnection:
             return request.keep_alive
         with self._server.answering():
             body = self._server.answer(request.body, self._peer)
-            self._send(self._http.encode_response(200, body, keep_alive=request.keep_alive))
+            try:
+                self._send(self._http.encode_response(200, body, keep_alive=request.keep_alive))
+            finally:
+                self._server.sent(body)
         return request.keep_alive
 
     def _send(self, data: bytes) -> None:

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosproto.master import MasterApi, Notification, ParameterTree, ParamUpdate, PublisherUpdate, Registry
+from rosproto.master import (
+    MasterApi,
+    Notification,
+    ParameterTree,
+    ParamUpdate,
+    PublisherUpdate,
+    Registry,
+    parameters,
+)
 from rosproto.master.api import METHODS, UnknownMethod
 from rosproto.master.validation import resolve
 
@@ -243,16 +252,38 @@ def test_names_resolve_as_rosgraph_resolves_them(name: str, node: str, resolved:
     assert resolve(name, node) == resolved
 
 
-def test_a_value_is_weighed_before_the_lock_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "call",
+    [
+        ["setParam", "/large", [1] * 1000],
+        ["setParam", "/large", 1],
+        ["setParam", "/large/below", 1],
+        ["setParam", "/names", {"a": 1}],
+        ["deleteParam", "/large"],
+        ["getParamNames"],
+    ],
+    ids=["set", "replace", "value becomes a namespace", "replace a namespace", "delete", "names"],
+)
+def test_what_takes_long_for_large_values_is_done_without_the_lock(
+    call: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
     """It takes seconds for millions of values, and every other call needs the lock."""
     api = MasterApi(lambda note: None)
+    api.dispatch("setParam", ["/n", "/large", [1] * 1000])
+    api.dispatch("setParam", ["/n", "/names", dict.fromkeys("abc", 1)])
     locked: list[bool] = []
-    real = api.parameters.weigh
 
-    def weigh(key: str, value: object) -> int:
-        locked.append(api.lock.locked())
-        return real(key, value)
+    def noted(name: str) -> None:
+        real = getattr(parameters, name)
 
-    monkeypatch.setattr(api.parameters, "weigh", weigh)
-    assert api.dispatch("setParam", ["/n", "/large", [1] * 1000])[0] == 1
-    assert locked == [False]
+        def call(*given: Any) -> Any:
+            locked.append(api.lock.locked())
+            return real(*given)
+
+        monkeypatch.setattr(parameters, name, call)
+
+    noted("_checked_size")
+    noted("_leaves")
+    assert api.dispatch(call[0], ["/n", *call[1:]])[0] == 1
+    assert locked
+    assert not any(locked)

@@ -250,6 +250,16 @@ def test_a_subscriber_that_applies_every_update_has_the_right_value(
     assert view(tree) == view(mirror) or (view(tree) in (None, {}) and view(mirror) in (None, {}))
 
 
+def test_the_size_of_all_is_right_although_what_was_weighed_has_been_replaced_meanwhile() -> None:
+    tree = ParameterTree()
+    tree.set("/a", [1] * 1000)
+    displaced = tree.displaced("/a")
+    tree.set("/a", "short")
+    tree.set("/a", 5, displaced=displaced)
+    tree.delete("/a", displaced=displaced)
+    assert bytes_counted(tree) == bytes_counted(ParameterTree())
+
+
 def bytes_counted(tree: ParameterTree) -> int:
     """The smallest limit at which a tree takes one more value: what it counts, and that value."""
     low, high = 0, 1 << 24

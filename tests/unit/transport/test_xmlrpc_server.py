@@ -7,6 +7,8 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from typing import Any
 
 import pytest
@@ -475,3 +477,56 @@ def test_a_large_request_does_not_wait_for_ever() -> None:
             go.set()
             first.join(SOON)
         assert b"try again later" not in server.answer(large, Peer("x"))
+
+
+@pytest.mark.promise(
+    "It makes large replies one at a time", "keep other large replies waiting, small ones not"
+)
+def test_large_replies_that_nobody_reads_keep_no_more_than_their_budget(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each client of many could have a large parameter sent and not read it. Small calls go on meanwhile."""
+    made: list[int] = []
+    encode = xmlrpc.encode_response
+
+    def encode_response(value: object) -> bytes:
+        reply = encode(value)
+        if len(reply) > 1 << 20:
+            made.append(len(reply))
+        return reply
+
+    def answer(method: str, params: list[object], peer: Peer) -> object:
+        return "x" * (12 << 20) if method == "large" else "small"
+
+    monkeypatch.setattr(xmlrpc, "encode_response", encode_response)
+    monkeypatch.setattr(xmlrpc_server, "_MAX_REPLY_BYTES", 16 << 20)
+    with XmlRpcServer("127.0.0.1", 0, answer, name="test") as server, ExitStack() as stack:
+        clients = [stack.enter_context(RawClient(server)) for _ in range(6)]
+        for client in clients:
+            client.sock.sendall(client.http.encode_request("h", "/", xmlrpc.encode_call("large", [])))
+        until(lambda: len(made) == 2)  # the second one when there was room for a part of it
+        for _ in range(3):
+            assert b"small" in server.answer(xmlrpc.encode_call("small", []), Peer("x"))
+        assert len(made) == 2
+        with ThreadPoolExecutor(len(clients)) as pool:
+            for response in pool.map(RawClient.receive, clients):
+                assert response is not None
+                assert len(response.body) > 12 << 20
+        assert len(made) == 6
+
+
+def test_a_reply_that_is_too_large_and_one_that_waits_too_long_are_faults(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def answer(method: str, params: list[object], peer: Peer) -> object:
+        return ["x" * 3000] * (3 if method == "huge" else 1)
+
+    monkeypatch.setattr(xmlrpc_server, "_LARGE_BYTES", 1000)
+    monkeypatch.setattr(xmlrpc_server, "_MAX_REPLY_BYTES", 4000)
+    with XmlRpcServer("127.0.0.1", 0, answer, name="test", limits=Limits(idle_seconds=0.05)) as server:
+        large, peer = xmlrpc.encode_call("large", []), Peer("x")
+        assert b"ask for parts of it" in server.answer(xmlrpc.encode_call("huge", []), peer)
+        replies = [server.answer(large, peer) for _ in range(2)]
+        assert b"try again later" in server.answer(large, peer)
+        server.sent(replies[0])
+        assert b"xxx" in server.answer(large, peer)
