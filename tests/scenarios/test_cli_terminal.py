@@ -159,6 +159,7 @@ def test_watch_draws_with_what_the_encoding_has(slow, encoding):
         assert terminal.exit_code() == 0
 
 
+@pytest.mark.slow
 def test_no_colours_with_no_color_and_whole_lines_on_a_dumb_terminal(slow):
     with Terminal("watch", "--master", slow.master_uri, NO_COLOR="1") as terminal:
         terminal.wait_for("87 %")
@@ -305,6 +306,7 @@ def test_keys_pressed_before_the_drive_is_open_move_nothing(slow):
         assert terminal.exit_code() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.promise("a stop while a motion is being prepared")
 def test_a_stop_by_another_program_while_the_drive_is_opened_keeps_it_from_driving(slow):
     """Keys that were pressed before it move nothing; one that is pressed after it does."""

@@ -1,4 +1,7 @@
-"""Once something moves, no module, file, connection or thread is needed to drive on and to stop."""
+"""Once something moves, no module, file, connection or thread is needed to drive on and to stop.
+
+FILES_TRIALS=50 in the environment repeats the trials with strangers that take the files so often.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,7 @@ from tests.support.extras import needs
 from tests.support.refused_means import RefusedMeans
 from woosh_pure import SimulatedChassis
 
+TRIALS = int(os.environ.get("FILES_TRIALS", "1"))
 PROGRAM = """
 import sys, threading
 from woosh_pure import Chassis
@@ -159,8 +163,9 @@ def test_so_does_a_page_drive(sim, until, program, ending):
 @pytest.mark.slow
 @pytest.mark.promise("STOP in the page, or POST `stop`, by anybody")
 @pytest.mark.skipif(os.name == "nt", reason="there is no such limit")
-@pytest.mark.parametrize("files", [256, 150])
-def test_a_page_drive_and_a_stop_have_files_in_reserve(sim, until, program, files):
+@pytest.mark.parametrize("trial", range(TRIALS))
+@pytest.mark.parametrize(("files", "strangers"), [(256, 320), (256, 150), (150, 320)])
+def test_a_page_drive_and_a_stop_have_files_in_reserve(sim, until, program, files, strangers, trial):
     """However many strangers have connected and say nothing; 256 is the limit of macOS."""
     _, port = served(program, sim, files=files)
     from tests.support.web import PageClient, Served
@@ -170,7 +175,7 @@ def test_a_page_drive_and_a_stop_have_files_in_reserve(sim, until, program, file
         page.ready()
         page.drive(0.2)
         until(lambda: moving(sim))
-        for _ in range(320):
+        for _ in range(strangers):
             with suppress(BlockingIOError):
                 stranger = stack.enter_context(socket.socket())
                 stranger.setblocking(False)

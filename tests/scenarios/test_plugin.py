@@ -90,6 +90,7 @@ def test_a_master_restart_is_survived(sim, chassis, until):
     assert chassis.battery.wait(5.0).percent == 87
 
 
+@pytest.mark.slow  # it waits for an answer
 def test_a_crashed_node_is_an_error_in_time(sim, chassis):
     sim.crash_node("/ros_interface")
     with pytest.raises(RosError):

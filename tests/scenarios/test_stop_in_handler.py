@@ -115,7 +115,14 @@ def logs() -> Iterator[None]:
 
 
 @pytest.mark.promise("`stop()` or `close()` in a signal handler")
-@pytest.mark.parametrize("name", ["set", "hold", "sending", "feed", "readiness", "logging"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("set", "hold", "sending", "feed")),
+        "readiness",
+        "logging",
+    ],
+)
 def test_stop_over_any_line_of_a_drive(sim, chassis, until, logs, name):
     with chassis.velocity(bypasses_protection=True) as drive:
         drive.set(0.05, valid_for=5.0)
@@ -206,6 +213,7 @@ def test_close_over_any_line(sim, until, name):
         chassis.close()
 
 
+@pytest.mark.slow
 @pytest.mark.promise("`stop()` or `close()` in a signal handler")
 @pytest.mark.skipif(os.name == "nt", reason="has POSIX timers")
 def test_a_real_signal_at_a_random_moment_of_a_loop_that_drives(sim, chassis, until):

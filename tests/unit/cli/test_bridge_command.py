@@ -17,6 +17,7 @@ from rosproto.cli.gateway import limits_of
 from rosproto.codec import message_class
 from rosproto.gateway import GatewayLimits
 from tests.support.rosbridge_client import RosbridgeClient
+from tests.support.waiting import until
 
 pytest.importorskip("websockets", reason="websockets is not installed")
 String = message_class("std_msgs/String")
@@ -49,6 +50,7 @@ def test_a_large_map_is_taken_where_it_was_asked_for(master: Master) -> None:
                     assert process.stdout is not None
                     with RosbridgeClient(process.stdout.readline().split()[3]) as client:
                         client.send(op="advertise", topic="/map", type="nav_msgs/OccupancyGrid")
+                        got.wait_for_connection(60)  # what is published before is lost
                         client.send_raw(cells)
                         if options:
                             assert len(got.next(60).data) == 1_000_000
@@ -165,8 +167,12 @@ def test_as_many_clients_as_were_asked_for(master: Master) -> None:
         with pytest.raises(Exception, match="503"):
             RosbridgeClient(url)
         if sys.platform == "linux":
-            status = Path(f"/proc/{process.pid}/status").read_text()
-            assert int(status.partition("Threads:")[2].split()[0]) < 50
+
+            def threads() -> int:
+                status = Path(f"/proc/{process.pid}/status").read_text()
+                return int(status.partition("Threads:")[2].split()[0])
+
+            until(lambda: threads() < 50, what=threads)  # those of a busy moment end when they are idle
 
 
 def test_limits_of_many_clients_take_no_more_memory_than_those_of_64() -> None:
