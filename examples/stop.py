@@ -1,4 +1,4 @@
-"""Stop from any thread, at any time. This is not an emergency stop: keep the red button in reach."""
+"""Stop from any thread, at any time. This is not an emergency stop: keep the red button within reach."""
 
 import threading
 

@@ -1,8 +1,8 @@
 """Translatable sentences: English text that keeps its template and values.
 
-`say("{topic}: nothing came within {seconds:g} s", ...)` returns a `str`, so errors, logs and documents have
-the English text. A command looks up the template in the table of its language and fills in the same values,
-so no code parses a sentence.
+`say("{topic}: nothing was received within {seconds:g} s", ...)` returns a `str`, so errors, logs and
+documents have the English text. A command looks up the template in the table of its language and fills in
+the same values, so no code parses a sentence.
 
 A sentence that becomes a plain `str` (an f-string around it, `"; ".join`, a slice) is English and is not
 translated. `both` and `led` keep it translatable.

@@ -46,7 +46,7 @@ class TVal:
         elif nsecs == 0:
             rest = int((secs - whole) * _NSEC)
         else:
-            raise ValueError(f"float secs ({secs!r}) hold the fraction already: leave nsecs out")
+            raise ValueError(f"float secs ({secs!r}) hold the fraction already: omit nsecs")
         over = rest // _NSEC
         self.secs = whole + over
         self.nsecs = rest - over * _NSEC

@@ -69,11 +69,11 @@ line says where to put it. [All commands at a glance](all-commands.md) has one l
 """
 _WOOSH = """## woosh
 
-A chassis is chosen by `--chassis HOST`, `--master URI`, `$ROS_MASTER_URI`, or the one remembered by
+A chassis is chosen by `--chassis HOST`, `--master URI`, `$ROS_MASTER_URI`, or the one saved by
 `woosh connect HOST`, in this order; `--sim` starts a simulated one for the command. With `--json` facts and
 errors are one JSON document (`watch` and `imu -n`: one per line). Colours appear only on a terminal
 and not when `$NO_COLOR` is set. Ctrl-C stops what the command has started, and says whether the robot
-stands still. This is not an emergency stop: keep the red button in reach.
+stands still. This is not an emergency stop: keep the red button within reach.
 
 Poses are metres and degrees in the map, counter-clockwise positive.
 """

@@ -70,7 +70,7 @@ NOT_FOR_PEOPLE = {
     "as the system says": "a representation",
     "woosh: the robot is to stop": "a reason that is told to another program",
     "Drive a Woosh chassis, or the simulated one.": "help",
-    "Stopping by this program is not an emergency stop: keep the red button in reach. ": "help",
+    "Stopping by this program is not an emergency stop: keep the red button within reach. ": "help",
 }
 FROM_ARGPARSE = {"expected one argument", "expected at least one argument"}
 _SAYING = {"say", "advice", "both", "led"}

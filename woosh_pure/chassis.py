@@ -161,8 +161,8 @@ class Chassis(Readings, MotionVerbs, Peripherals):
         if problems:
             raise ConnectionLost(
                 say(
-                    "not done when closing: {what}; the robot may still be driving; stop it by its own "
-                    "button",
+                    "not finished when closing: {what}; the robot may still be driving; use its emergency "
+                    "stop button",
                     what="; ".join(problems),
                 )
             )

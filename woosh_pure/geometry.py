@@ -283,7 +283,7 @@ def _check_polygon(points: Sequence[tuple[float, float]]) -> None:
         if a == b:
             raise ValueError(
                 say(
-                    "footprint corners {i} and {j} are the same point {a}; leave one out",
+                    "footprint corners {i} and {j} are the same point {a}; remove one",
                     i=i,
                     j=(i + 1) % len(points),
                     a=a,

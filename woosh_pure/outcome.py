@@ -83,16 +83,16 @@ class Outcome:
 
 _STOPPED = {
     True: "the robot stands still",
-    False: "THE ROBOT STILL MOVES, stop it by its own button",
+    False: "THE ROBOT IS STILL MOVING: use its emergency stop button",
     None: "whether it stands still is not known",
 }
 
 _NEXT = {
-    OutcomeKind.FAILED: advice("look at chassis.readiness() and chassis.faults", key="readiness-and-faults"),
+    OutcomeKind.FAILED: advice("see chassis.readiness() and chassis.faults", key="readiness-and-faults"),
     OutcomeKind.CANCELLED: "this program did not cancel it: the robot itself did, another client, or our "
     "watchdog while this program did not run",
-    OutcomeKind.REJECTED: advice("look at chassis.readiness() for what is in the way", key="readiness"),
+    OutcomeKind.REJECTED: advice("see chassis.readiness() for what is in the way", key="readiness"),
     OutcomeKind.REPLACED: "another client commands this robot now, and may move it; only one should",
     OutcomeKind.TIMED_OUT: "it was cancelled; give a longer timeout if it was on its way",
-    OutcomeKind.CONNECTION_LOST: "check the network; the robot may go on with what it was told",
+    OutcomeKind.CONNECTION_LOST: "check the network; the robot may continue with its last command",
 }

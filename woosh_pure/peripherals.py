@@ -59,7 +59,7 @@ class Peripherals:
             RosTimeout: The chassis has no such strip.
         """
         if not 0 <= module <= 8:
-            raise ValueError(say("module {module}: 0 for all, or 1 to 8", module=module))
+            raise ValueError(say("module {module}: expected 0 for all, or 1 to 8", module=module))
         if strip not in (*_STRIPS, "both"):
             raise ValueError(
                 say('strip {strip!r} is not known; expected "base", "shelf" or "both"', strip=strip)
@@ -348,7 +348,7 @@ class Peripherals:
         """
         if pose.frame.lstrip("/") != "map":
             raise ValueError(
-                say("the pose is in {frame!r}; the localisation takes a pose in the map", frame=pose.frame)
+                say("the pose is in {frame!r}; the localisation needs a pose in the map", frame=pose.frame)
             )
         if via not in ("topic", "service"):
             raise ValueError(say('via={via!r}: expected "topic" or "service"', via=via))

@@ -99,7 +99,7 @@ class AdmissionPolicy:
         self, token: str | None = None, origins: Iterable[str] = (), hosts: Iterable[str] = ()
     ) -> None:
         if isinstance(origins, str):
-            raise ValueError(f"origins are a list of texts; for one alone write [{origins!r}]")
+            raise ValueError(f"origins must be a list of strings; for a single one write [{origins!r}]")
         if token is not None and len(token) < MIN_TOKEN:
             text = "the token is too short (length {count}); use at least {minimum} random characters"
             raise ValueError(say(text, count=len(token), minimum=MIN_TOKEN))

@@ -33,7 +33,7 @@ def compressor(name: str) -> Callable[[bytes], bytes]:
     if name == "lz4":
         _lz4()  # report a missing package now, not at the first chunk
         return _lz4_compress
-    raise ValueError(f"compression {name!r}: a bag knows {', '.join(COMPRESSIONS)}")
+    raise ValueError(f"compression {name!r}: a bag supports {', '.join(COMPRESSIONS)}")
 
 
 def _lz4_compress(data: bytes) -> bytes:

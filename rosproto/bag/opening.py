@@ -76,8 +76,8 @@ def create_bag(
         from rosproto.bag.mcap import McapWriter
 
         if compression == "bz2":
-            raise BagError("MCAP knows no bz2; take lz4 or zstd", path=os.fspath(path))
+            raise BagError("MCAP cannot use bz2; use lz4 or zstd", path=os.fspath(path))
         return McapWriter(path, compression, chunk_bytes)
     if compression == "zstd":
-        raise BagError("a bag knows no zstd; take lz4 or bz2", path=os.fspath(path))
+        raise BagError("a bag cannot use zstd; use lz4 or bz2", path=os.fspath(path))
     return BagWriter(path, compression, chunk_bytes)

@@ -211,7 +211,7 @@ def _paths(files: Files) -> list[tuple[str, bool]]:
         for one in matching:
             found[one] = found.get(one, False) or matching == [path]
     if not found:
-        raise BagError("no files were named, so there is nothing to cut into pieces")
+        raise BagError("no files were named, so there is nothing to split")
     return list(found.items())
 
 

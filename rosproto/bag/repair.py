@@ -133,7 +133,7 @@ def _kept_on_failure(path: File, begin: int, end: int) -> Iterator[None]:
         why = problem if isinstance(problem, OSError) else problem.__cause__
         if isinstance(why, OSError):
             raise BagError(
-                f"cannot mend the bag: {why.strerror}; it is left as it was; make room, or mend a copy",
+                f"cannot repair the bag: {why.strerror}; it is left as it was; make room, or repair a copy",
                 path=_name(path),
             ) from problem
         raise
@@ -187,7 +187,7 @@ def recover(
         BagError: `path` is not a bag, or `output` exists or cannot be written.
     """
     if os.path.exists(output):
-        raise BagError("exists already; choose another name", path=os.fspath(output))
+        raise BagError("already exists; choose another name", path=os.fspath(output))
     with (
         open_bag(path, skip_damaged=True, scanning=scanning) as bag,
         create_bag(output, compression) as writer,

@@ -44,7 +44,7 @@ def write_ros2(bag: BagReader, path: str | os.PathLike[str], step: Callable[[], 
     """
     text = os.fspath(path)
     if os.path.exists(text):
-        raise BagError("it exists already; choose another name", path=text)
+        raise BagError("it already exists; choose another name", path=text)
     store = _Store()
     rosbag2 = _library("rosbag2")
     try:

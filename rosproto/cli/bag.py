@@ -40,7 +40,7 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the bag and the arguments of `topic echo`."""
     parser.add_argument("file", metavar="BAG")
     topic.add_echo_arguments(parser)
-    parser.add_argument("--json", action="store_true", help="print messages as JSON, one a line")
+    parser.add_argument("--json", action="store_true", help="print messages as JSON, one per line")
 
 
 def echo(arguments: argparse.Namespace) -> None:

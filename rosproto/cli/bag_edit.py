@@ -168,7 +168,7 @@ def add_convert_arguments(parser: argparse.ArgumentParser) -> None:
 def convert(arguments: argparse.Namespace) -> None:
     """Write the same messages, times, topics and connection headers in the other format."""
     if arguments.ros2 and arguments.compression != "none":
-        raise CommandError("--ros2 writes without compression: leave -j and --lz4 out")
+        raise CommandError("--ros2 writes without compression: omit -j and --lz4")
     if not arguments.ros2 and not arguments.output.lower().endswith((".mcap", ".bag")):
         raise CommandError(f"{arguments.output}: the name must end in .mcap or .bag, which tells the form")
     check_new([arguments.output], arguments.bag)
@@ -231,7 +231,7 @@ def _rewrite(path: str, arguments: argparse.Namespace) -> None:
     else:
         output = f"{path}.new"
         if os.path.exists(backup) and not arguments.force:
-            raise CommandError(f"{backup} exists already: an older original; remove it, or use --force")
+            raise CommandError(f"{backup} already exists: an older original; remove it, or use --force")
     quiet = arguments.quiet
     with opened(path, arguments, quiet=quiet, bags_only=True) as bag:
         entries = bag.read_messages(raw=True)

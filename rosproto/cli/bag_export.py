@@ -34,7 +34,7 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
         "form",
         nargs="?",
         choices=sorted(FORMS),
-        help="csv, npz, parquet: a file a topic; png: a file an image; mcap: one file",
+        help="csv, npz, parquet: one file per topic; png: one file per image; mcap: one file",
     )
     parser.add_argument("--format", choices=sorted(FORMS), help="the same, as an option")
     parser.add_argument(

@@ -27,7 +27,7 @@ def add_info_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("bags", nargs="+", metavar="BAG")
     parser.add_argument("-y", "--yaml", action="store_true", help="print YAML, as rosbag does")
     parser.add_argument("-k", "--key", help="print only this (with --yaml)")
-    parser.add_argument("--json", action="store_true", help="print JSON, one line a bag")
+    parser.add_argument("--json", action="store_true", help="print JSON, one line per bag")
     parser.add_argument("--freq", action="store_true", help="also the median rate of each topic")
     parser.add_argument("--plain", action="store_true", help="exactly what rosbag info prints: no curves")
 

@@ -73,7 +73,7 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     )
     group = parser.add_mutually_exclusive_group()
     group.add_argument(
-        "--repeat-latched", action="store_true", help="accepted for rosbag's sake: it is always so"
+        "--repeat-latched", action="store_true", help="accepted for compatibility with rosbag; always on"
     )
     group.add_argument("--no-repeat-latched", action="store_true", help="do not repeat them in each split")
     parser.add_argument("-q", "--quiet", action="store_true", help="print no progress line")
@@ -100,11 +100,11 @@ def recorder_options(arguments: argparse.Namespace) -> dict[str, Any]:
     splits = arguments.split
     size = None if arguments.size is None else int(arguments.size * MB)
     if splits and size is None and arguments.duration is None:
-        raise CommandError("--split: when? Give --size, --duration, or both")
+        raise CommandError("--split needs --size, --duration, or both")
     if arguments.max_splits is not None and not splits:
         raise CommandError("--max-splits goes with --split")
     if arguments.output_name and arguments.output_prefix:
-        raise CommandError("-o and -O: give one of them")
+        raise CommandError("give -o or -O, not both")
     return {
         "path": arguments.output_name,
         "prefix": arguments.output_prefix or "",

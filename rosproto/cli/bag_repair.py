@@ -57,7 +57,7 @@ def _copied(path: str, folder: str, force: bool, quiet: bool) -> str:
     if os.path.realpath(output) == os.path.realpath(path):
         raise CommandError(f"{output} is what is read; choose another directory")
     if not force and any(os.path.exists(name) for name in (output, output.removesuffix(".active"))):
-        raise CommandError(f"{output} exists already; remove it, or use --force")
+        raise CommandError(f"{output} already exists; remove it, or use --force")
     try:
         _copy(path, output, quiet)
     except OSError as problem:

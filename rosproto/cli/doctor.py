@@ -116,7 +116,7 @@ def _master_advice(error: RosError, host: str) -> str:
             f"nothing answers at {host}: check its power, the cable, the address, and a firewall on the way"
         )
     if isinstance(error, ConnectionLost):
-        return f"{host} is there but no master listens on that port: start one, or check the port"
+        return f"{host} can be reached, but no master listens on that port: start one, or check the port"
     return "is that a ROS master?"
 
 

@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.all and not arguments.bag:
         raise ValueError("--all is for --bag; on a graph a pattern such as '/*' names several topics")
     if arguments.plot and (arguments.json or arguments.csv):
-        raise ValueError("--plot draws; leave --json or -p out")
+        raise ValueError("--plot draws; omit --json or -p")
     if not arguments.plot and (arguments.topics or arguments.seconds):
         raise ValueError(
             "several topics are for --plot; without it name one, or a pattern such as '/battery*'"

@@ -156,7 +156,7 @@ COMMANDS: dict[str, Command] = {
     "msg": Command("rosproto.cli.definitions", "show message definitions (rosmsg)", "add_arguments_msg"),
     "srv": Command("rosproto.cli.definitions", "show service definitions (rossrv)", "add_arguments_srv"),
     "action": Command("rosproto.cli.definitions", "show action definitions", "add_arguments_action"),
-    "bag": Command("rosproto.cli.bag", "record, play, inspect, mend and convert bags (rosbag)"),
+    "bag": Command("rosproto.cli.bag", "record, play, inspect, repair and convert bags (rosbag)"),
     "graph": Command("rosproto.cli.graph", "draw who talks to whom: text, SVG, Graphviz, PNG"),
     "tf": Command("rosproto.cli.tf", "show the tree of frames, its rates, and transforms in it"),
     "log": Command("rosproto.cli.log", "read what nodes log, filtered; set their levels (rosconsole)"),

@@ -124,7 +124,7 @@ def folder_exists(text: str) -> Path:
         raise argparse.ArgumentTypeError(say("{text} is a folder; give the name of a file", text=text))
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(
-            say("folder {folder} does not exist; make it first", folder=path.parent)
+            say("folder {folder} does not exist; create it first", folder=path.parent)
         )
     return path
 
@@ -205,7 +205,7 @@ def token_of(arguments: argparse.Namespace, variable: str) -> str | None:
     if path.is_dir():
         raise ValueError(say("{path} is a folder; expected a file with the token", path=path))
     if os.name == "posix" and path.stat().st_mode & 0o077:
-        raise ValueError(say("{path}: others may read it; run chmod 600 {path}", path=path))
+        raise ValueError(say("{path}: other users can read it; run chmod 600 {path}", path=path))
     token = read_text(path).strip()
     if not token:
         raise ValueError(say("{path}: there is no token in it", path=path))

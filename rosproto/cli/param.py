@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _get_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("key")
     parser.add_argument(
-        "-p", "--pretty", action="store_true", help="text as it is, over several lines: to look at"
+        "-p", "--pretty", action="store_true", help="text as it is, over several lines, for reading"
     )
 
 

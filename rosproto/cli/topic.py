@@ -257,7 +257,7 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("topics", nargs="*", default=[], help="with --plot: more numbers to draw")
     parser.add_argument("-n", type=count, metavar="COUNT", help="stop after this many messages")
-    parser.add_argument("-p", "--csv", action="store_true", dest="csv", help="one line of CSV a message")
+    parser.add_argument("-p", "--csv", action="store_true", dest="csv", help="one line of CSV per message")
     parser.add_argument("-c", "--clear", action="store_true", help="clear the screen before each message")
     parser.add_argument(
         "--filter", metavar="EXPRESSION", help='only messages for which it is true: "m.x > 1"'
@@ -306,7 +306,7 @@ def _add_pub_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-s", "--substitute-keywords", action="store_true", help="accepted: now and auto always work"
     )
-    parser.add_argument("--use-rostime", action="store_true", help="accepted for rostopic's sake")
+    parser.add_argument("--use-rostime", action="store_true", help="accepted for compatibility with rostopic")
     parser.add_argument("-n", type=count, default=None, metavar="COUNT", help="stop after this many messages")
 
 

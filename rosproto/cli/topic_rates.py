@@ -41,7 +41,7 @@ def _common(parser: argparse.ArgumentParser, window: int) -> None:
     )
     parser.add_argument("-n", type=count, default=None, metavar="COUNT", help="stop after this many reports")
     parser.add_argument(
-        "--wall-time", action="store_true", help="accepted for rostopic's sake: it is always so"
+        "--wall-time", action="store_true", help="accepted for compatibility with rostopic; always on"
     )
 
 

@@ -28,7 +28,7 @@ class _Lazy:
     def __get__(self, instance: object, owner: type[Message]) -> object:
         binding = owner._binding
         if binding is None:
-            raise AttributeError(f"{owner.__name__} has no {self.name}: take a class of message_class()")
+            raise AttributeError(f"{owner.__name__} has no {self.name}: use a class of message_class()")
         value = self._work(binding)
         type.__setattr__(binding.cls, self.name, value)
         return value
@@ -80,7 +80,7 @@ class MessageMeta(type):
 
 
 def _only_a_base(*_: object) -> NoReturn:
-    raise TypeError("Message is only a base: take a class of message_class() or msgdefs")
+    raise TypeError("Message is only a base: use a class of message_class() or msgdefs")
 
 
 class Message(metaclass=MessageMeta):

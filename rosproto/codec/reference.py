@@ -35,7 +35,7 @@ def decode_layout(layout: Layout, data: Buffer, start: int, end: int) -> dict[st
         reader.fail(
             "",
             f"{end - reader.position} bytes are left after the last field at byte {reader.position - start}; "
-            "the definition differs or the stream is out of step",
+            "the definition differs or the stream is out of sync",
         )
     return value
 
@@ -59,7 +59,7 @@ class _Reader:
             self.fail(
                 path,
                 f"{what} at byte {self.position - self.start}, but {left} bytes are left; "
-                "the definition differs or the stream is out of step",
+                "the definition differs or the stream is out of sync",
             )
         taken = self.data[self.position : self.position + size]
         self.position += size
@@ -85,7 +85,7 @@ class _Reader:
                 self.fail(
                     path,
                     f"length {count} at byte {at}, but {left} bytes are left; "
-                    "the definition differs or the stream is out of step",
+                    "the definition differs or the stream is out of sync",
                 )
         if field.kind == "number":
             return self.numbers(field, count, path)

@@ -167,7 +167,7 @@ def _parse_body(text: str, name: str, file: str | None, first_line: int, lenient
                 continue
             field = _field(clean, package, lenient)
             if field.name in fields:
-                raise ValueError(f"field {field.name} is there twice; every field needs its own name")
+                raise ValueError(f"field {field.name} occurs twice; every field needs its own name")
         except ValueError as error:
             where = name if file else f"{name}, line {number}"
             raise DefinitionError(f"{where}: {error}", file=file, line=number) from None

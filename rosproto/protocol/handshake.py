@@ -76,7 +76,7 @@ def decode_header(body: bytes | bytearray | memoryview) -> dict[str, str]:
         if position > end:
             raise RemoteProtocolError(
                 f"connection header: field at byte {start} says {length} bytes, but {end - start} are left; "
-                "the peer does not speak TCPROS or the stream is out of step"
+                "the peer does not speak TCPROS or the stream is out of sync"
             )
         field = data[start:position]
         key, equals, value = field.partition(b"=")

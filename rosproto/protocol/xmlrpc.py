@@ -166,7 +166,7 @@ def _integer(value: int, where: str) -> int:
     if not _INT_MIN <= value <= _INT_MAX:
         raise LocalProtocolError(
             f"{where}: {value} does not fit the 32 bits of an XML-RPC integer "
-            "(roscpp would cut it in silence); send a float or a string"
+            "(roscpp would truncate it silently); send a float or a string"
         )
     return int(value)
 

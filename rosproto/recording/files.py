@@ -184,10 +184,10 @@ class BagSeries:
 
 def _check_free(path: str) -> None:
     if os.path.exists(path):
-        raise BagError("exists already; choose another name", path=path)
+        raise BagError("already exists; choose another name", path=path)
     if os.path.exists(path + ACTIVE):
         raise BagError(
-            "a recording of that name is running or has died; choose another name, or mend this one with "
+            "a recording of that name is running or has died; choose another name, or repair this one with "
             "rosproto bag reindex",
             path=path + ACTIVE,
         )

@@ -207,7 +207,7 @@ class TransformBuffer:
             ) from None
         except FrameLoop:
             raise NotConnected(
-                "the way to the root is a loop: frames are each other's parents; see frames()",
+                "the path to the root is a loop: frames are each other's parents; see frames()",
                 target=target,
                 source=source,
             ) from None

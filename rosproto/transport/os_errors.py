@@ -103,7 +103,8 @@ def _reason(error: OSError) -> str:
     code = _code(error)
     if code in _REFUSED:
         return (
-            "connection refused, nothing listens there; is the master (or node) running, is the port right?"
+            "connection refused: nothing listens there; "
+            "is the master (or node) running, and is the port right?"
         )
     if code in _UNREACHABLE:
         return "no route there; check this computer's network address, the cable or Wi-Fi, and any VPN"
@@ -118,7 +119,7 @@ def _reason(error: OSError) -> str:
     if code in _NO_FILE_LEFT:
         return both(_too_many_files(), "close some, or allow more with `ulimit -n 4096`")
     if isinstance(error, TimeoutError):
-        return "the other side does not answer any more; check its power, the cable or Wi-Fi, and firewalls"
+        return "the other side no longer answers; check its power, the cable or Wi-Fi, and firewalls"
     return error.strerror or str(error) or type(error).__name__
 
 

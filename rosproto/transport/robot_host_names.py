@@ -163,7 +163,9 @@ def hosts_advice(name: str, address: str | None, *, sure: bool = True) -> str:
         line = say("{text} (ADDRESS is that of the computer that calls itself {name})", text=line, name=name)
     give = "give --resolve {name}={address} (or {variable}={name}={address}, or resolve= in Python)"
     return both(
-        say(give, name=name, address=shown, variable=VARIABLE), line, "best is ROS_IP on that computer"
+        say(give, name=name, address=shown, variable=VARIABLE),
+        line,
+        "it is best to set ROS_IP on that computer",
     )
 
 

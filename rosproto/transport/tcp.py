@@ -72,7 +72,7 @@ def listen(host: str, port: int = 0, *, only_ipv6: bool = False) -> socket.socke
     peer = format_address(host, port)
     if not host:
         raise ValueError(
-            "listen: host is empty; say 127.0.0.1, an address of this computer, or 0.0.0.0 for all"
+            "listen: host is empty; give 127.0.0.1, an address of this computer, or 0.0.0.0 for all"
         )
     address = resolve(host)[0]
     with system_errors(f"listen on {peer}", peer):

@@ -68,7 +68,7 @@ def _split_authority(authority: str, uri: str) -> tuple[str, str]:
         return host, rest[1:]
     if authority.count(":") > 1:
         raise ValueError(
-            say("URI {uri!r}: an IPv6 address must stand in brackets, as in http://[::1]:11311/", uri=uri)
+            say("URI {uri!r}: an IPv6 address must be in brackets, as in http://[::1]:11311/", uri=uri)
         )
     host, _, port = authority.partition(":")
     return host, port

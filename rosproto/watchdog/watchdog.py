@@ -44,7 +44,7 @@ END_SECONDS = 3.0  # for the process to end by itself
 MAX_RESTARTS = 3
 RESTART_WINDOW_SECONDS = 30.0  # seconds, for `MAX_RESTARTS`
 MAX_LOOKS_WITHOUT_REPORT = 3  # one a second, as the reports of the process while something moves
-_WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button in reach"
+_WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button within reach"
 
 
 def watched_node_of(node: Node, msg_path: Sequence[str | os.PathLike[str]] = ()) -> WatchedNode:

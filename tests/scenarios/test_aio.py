@@ -169,7 +169,7 @@ async def test_feeds_are_awaited_and_iterated(sim):
                 break
         assert all(isinstance(pose, Pose2D) for pose in poses)
         assert (await robot.measured_velocity.wait_for(lambda v: v.is_standing())).vx == 0.0
-        with pytest.raises(TimeoutError, match="nothing came within"):
+        with pytest.raises(TimeoutError, match="nothing was received within"):
             await robot.pose.wait_for(lambda pose: False, timeout=0.05)
         assert robot.pose.reading.age < 10.0
         assert robot.pose.history[-1].value == robot.pose.latest

@@ -106,7 +106,7 @@ def test_a_refusal_does_not_talk_of_stopping(capsys: Captured) -> None:
         assert "标记一: refused by the chassis: this mark is not known" in said.err
         assert said.out == ""
         assert main(["--master", sim.master_uri, "move", "500"]) == 2
-        assert "for longer ways: woosh goto --pose X Y DEGREES" in capsys.readouterr().err
+        assert "for longer distances: woosh goto --pose X Y DEGREES" in capsys.readouterr().err
 
 
 def test_a_chassis_that_is_registered_and_silent_is_not_ready(sim, woosh):
@@ -114,7 +114,7 @@ def test_a_chassis_that_is_registered_and_silent_is_not_ready(sim, woosh):
     sim.fall_silent(60.0)
     code, out, _ = woosh("ready", "--listen", "0.2")
     assert code == 3
-    assert out == "NOT READY: nothing comes from the chassis: is it up? try `woosh doctor`\n"
+    assert out == "NOT READY: nothing is received from the chassis: is it running? try `woosh doctor`\n"
 
 
 def test_the_marks_of_the_list_are_named(woosh):

@@ -244,8 +244,8 @@ def test_drive_asks_once_and_sends_nothing_without_a_yes(slow):
         asked = terminal.wait_for("Type yes to drive:")
         assert asked.splitlines()[:4] == [
             "DRIVING BY VELOCITY BYPASSES THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.",
-            "The area must be clear. Watch the robot all the time, and keep its red button in reach.",
-            "This program is not an emergency stop: when it or the network dies, the robot may drive on.",
+            "The area must be clear. Watch the robot all the time, and keep its red button within reach.",
+            "This program is not an emergency stop: if it or the network fails, the robot may keep driving.",
             "Type yes to drive:",
         ]
         terminal.send("no\n")
@@ -377,7 +377,7 @@ def test_the_drive_is_over_when_the_node_that_listens_dies(slow):
         slow.crash_node("/mobile_base_nodelet_manager")
         hold(terminal, UP, slow, lambda: terminal.process.poll() is not None)
         assert terminal.exit_code() == 4
-        assert "nobody subscribes any more" in terminal.text
+        assert "no longer has a subscriber" in terminal.text
         assert terminal.restored
 
 

@@ -18,7 +18,7 @@ def zeros(sim, monkeypatch) -> list[object]:
 
 
 def test_a_refused_command_sends_nothing_into_the_task_of_another(sim, chassis, woosh, zeros):
-    """It said THE ROBOT STILL MOVES, which it did for the other, and sent zeros into that."""
+    """It said THE ROBOT IS STILL MOVING, which it did for the other, and sent zeros into that."""
     task = chassis.go_to_mark("A2")
     chassis.status.wait_for(lambda status: status.task_id == task.task_id)
     code, out, err = woosh("goto", "B1")
@@ -42,7 +42,7 @@ def test_a_command_that_was_replaced_leaves_the_robot_to_the_other(sim, chassis,
     assert code == 1
     assert "replaced after" in err
     assert "another client commands this robot now, and may move it" in err
-    assert "STILL MOVES" not in err
+    assert "STILL MOVING" not in err
     assert "stopping" not in out
     assert zeros == []
 

@@ -105,7 +105,7 @@ def test_a_known_revision_is_named_by_its_firmware_and_needs_nothing():
         found = findings(sim.master_uri)["definition"]
     steps = next(f for f in found if f.text.startswith("/cmd_vel_control/goal"))
     assert "as of firmware 1.1.0" in steps.text
-    assert "nothing is needed" in steps.advice
+    assert "nothing to do" in steps.advice
     assert all(f.level is Level.WARNING for f in found)
 
 

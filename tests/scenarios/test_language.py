@@ -157,7 +157,7 @@ def test_a_pipe_that_cannot_show_it_stays_readable() -> None:
         "LANG": "zh_CN.UTF-8",
         "HOME": str(ROOT),
     }
-    for more, words in (([], "no chassis is remembered"), (["--lang", "zh"], "\\u6ca1")):
+    for more, words in (([], "no chassis is saved"), (["--lang", "zh"], "\\u6ca1")):
         done = subprocess.run(
             [*command, *more], env={**environment, "WOOSH_CONFIG_DIR": "/nonexistent"}, capture_output=True, text=True,
             timeout=60, check=False,

@@ -571,7 +571,7 @@ def test_a_cancel_that_is_not_answered_is_repeated_by_stop_and_by_close(until):
             outcome = handle.cancel(0.2)
         assert outcome.kind is OutcomeKind.CANCELLED
         assert "not confirmed" in outcome.text
-        assert "STILL MOVES" in outcome.sentence()
+        assert "STILL MOVING" in outcome.sentence()
         assert "cancelled" in repr(handle)
         assert sim.world.motion is not None
         assert chassis.stop(timeout=2.0).problems == []

@@ -168,7 +168,7 @@ def test_a_program_that_sends_beside_a_drive_ends_it(sim, chassis, request, monk
     with chassis.velocity(bypasses_protection=True, share=share) as drive:
         if not share:
             request.getfixturevalue("ticking")
-        with pytest.raises(MotionRefused, match=r"/joystick .* sends velocities, too, on /base_cmd_vel"):
+        with pytest.raises(MotionRefused, match=r"/joystick .* also sends velocities on /base_cmd_vel"):
             drive.hold(0.1, seconds=20.0)
         assert not drive.active
 

@@ -34,7 +34,7 @@ def test_so_does_the_command(capsys):
         assert main(["stop", "--master", master.uri, "--timeout", str(FOR_EVER)]) == 1
     out = capsys.readouterr().out
     assert out.count("\n") == 1
-    assert "watch it; not done: nobody is there for" in out
+    assert "watch it; not done: no node provides" in out
 
 
 def test_what_is_there_of_a_broken_chassis_is_stopped():
@@ -123,7 +123,7 @@ def test_at_rest_it_says_that_nothing_ran(sim, chassis):
     report = chassis.stop(everything=True, timeout=FOR_EVER)
     assert report.cancelled == []
     assert report.sentence() == "the robot stands still; nothing was running"
-    assert chassis.stop().sentence() == "the robot stands still; nothing of ours was running"
+    assert chassis.stop().sentence() == "the robot stands still; nothing of this program was running"
 
 
 @pytest.mark.parametrize("slow", [False, True], ids=["", "slow network"])

@@ -203,7 +203,7 @@ def test_files_that_are_no_certificate_are_refused_before_the_server_starts(
 
     wrong = tmp_path / "wrong.pem"
     wrong.write_text("no certificate")
-    with pytest.raises(ValueError, match=r"wrong\.pem: it is not a PEM certificate with its unencrypted key"):
+    with pytest.raises(ValueError, match=r"wrong\.pem is not a PEM certificate with its unencrypted key"):
         WebServer(web.app(chassis), port=0, tls_cert=wrong)
     with pytest.raises(FileNotFoundError):
         WebServer(web.app(chassis), port=0, tls_cert=tmp_path / "missing.pem")

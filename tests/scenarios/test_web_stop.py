@@ -86,7 +86,7 @@ def test_a_stop_stops_first_and_complains_afterwards(web: Served, name: str) -> 
     assert answer.status == status, answer
     assert answer.json["stands_still"] is True
     if status != 200:
-        assert answer.problem.startswith("stopped all the same: the robot stands still")
+        assert answer.problem.startswith("stopped anyway: the robot stands still")
 
 
 def test_a_page_of_before_the_server_was_started_again_stops_its_robot(web: Served) -> None:
@@ -132,7 +132,7 @@ def test_a_body_that_never_ends_holds_no_stop_up(web: Served, announced: str) ->
         assert has_begun(web)
         answer = answer_of(one)
     assert answer.startswith("HTTP/1.1 408")
-    assert "stopped all the same: the robot stands still" in answer
+    assert "stopped anyway: the robot stands still" in answer
     assert web.get("goals/1").json["state"] == "cancelled"
 
 
@@ -147,7 +147,7 @@ def test_a_body_of_100_megabytes_holds_no_stop_up(web: Served) -> None:
             one.sendall(part)
         answer = answer_of(one)
     assert answer.startswith("HTTP/1.1 413")
-    assert "stopped all the same" in answer
+    assert "stopped anyway" in answer
 
 
 def test_the_answer_is_not_lost_while_the_body_is_still_being_sent(
@@ -160,7 +160,7 @@ def test_the_answer_is_not_lost_while_the_body_is_still_being_sent(
         one.sendall(f"Content-Length: {size}\r\nContent-Type: application/json\r\n\r\n".encode() + part)
         answer = answer_of(one)
         assert answer.startswith("HTTP/1.1 413")
-        assert "stopped all the same" in answer
+        assert "stopped anyway" in answer
         assert {entry.state for entry in stops(web)} == {"stands still"}
         for _ in range(size // len(part) - 1):
             one.sendall(part)

@@ -12,7 +12,7 @@ import pytest
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.sentence import Sentence, advice, both, led, say, sentence_of
 
-TEMPLATE = "{topic}: nothing came within {seconds:g} s"
+TEMPLATE = "{topic}: nothing was received within {seconds:g} s"
 
 
 def made() -> Sentence:
@@ -26,9 +26,9 @@ def kept(text: str) -> Sentence:
 
 def test_it_is_its_english_text() -> None:
     sentence = made()
-    assert sentence == "/odom: nothing came within 2 s"
-    assert hash(sentence) == hash("/odom: nothing came within 2 s")
-    assert json.dumps([sentence]) == '["/odom: nothing came within 2 s"]'
+    assert sentence == "/odom: nothing was received within 2 s"
+    assert hash(sentence) == hash("/odom: nothing was received within 2 s")
+    assert json.dumps([sentence]) == '["/odom: nothing was received within 2 s"]'
     assert (sentence.template, sentence.values) == (TEMPLATE, {"topic": "/odom", "seconds": 2.0})
 
 
@@ -70,7 +70,7 @@ def test_sentences_in_a_row_and_behind_what_they_are_about() -> None:
     assert both("a", "b", "c") == "a; b; c"
     assert both(made()).template == TEMPLATE
     assert kept(both(made(), "b").values["first"]).template == TEMPLATE
-    assert led("/odom", made()) == "/odom: /odom: nothing came within 2 s"
+    assert led("/odom", made()) == "/odom: /odom: nothing was received within 2 s"
     assert led("/odom", "b").template == "{place}: {tail}"
     assert led(say("ready"), "b").template == "{head}: {tail}"
 

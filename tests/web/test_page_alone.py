@@ -152,7 +152,7 @@ def test_the_end_of_a_goal_that_was_never_seen_running(browser: Browser, served:
     ("stands", "text"),
     [
         (True, "The robot stands still."),
-        (False, "THE ROBOT STILL MOVES"),
+        (False, "THE ROBOT IS STILL MOVING"),
         (None, "not known. Watch it"),
     ],
 )

@@ -103,7 +103,7 @@ class VelocityBlock:
 
     async def __aenter__(self) -> Drive:
         if self._drive is not None:
-            raise RuntimeError("this drive was used before; open a new one with robot.velocity(...)")
+            raise RuntimeError("this drive has been used already; open a new one with robot.velocity(...)")
         self._drive = await self._calls.call(lambda: self._make().__enter__())
         return Drive(self._drive)
 

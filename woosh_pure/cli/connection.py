@@ -92,7 +92,7 @@ def connect(
         patient: Yield an unreachable chassis, too, without entering it; enter it later.
     """
     if args.sim_speed is not None and not args.sim:
-        raise ValueError("--sim-speed is for --sim; a real chassis has its own time")
+        raise ValueError("--sim-speed is for --sim; a real chassis runs in real time")
     from woosh_pure.chassis import Chassis
 
     with ExitStack() as stack:

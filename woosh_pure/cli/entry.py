@@ -60,7 +60,7 @@ _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; t
 ADVICE = {
     "readiness-and-faults": "see `woosh ready` and `woosh faults`",
     "readiness": "see `woosh ready` for what is in the way",
-    "far": "for longer ways: woosh goto --pose X Y DEGREES",
+    "far": "for longer distances: woosh goto --pose X Y DEGREES",
     "start": "the pose is not known ({topic} is silent); give --start X Y DEGREES",
     "not-there": _NOT_THERE,
 }
@@ -129,7 +129,7 @@ def parser_for(words: Sequence[str], language: str = "en") -> Parser:
         prog="woosh",
         description="Drive a Woosh chassis, or the simulated one.",
         parents=[_common(defaults=True)],
-        epilog="Stopping by this program is not an emergency stop: keep the red button in reach. "
+        epilog="Stopping by this program is not an emergency stop: keep the red button within reach. "
         + exit_codes_line(EXIT_CODES),
     )
     parser.meant = MEANT

@@ -17,7 +17,7 @@ EXIT_CODES = {
     WRONG_USE: "wrong use: an argument is missing, unknown or out of range; nothing was sent",
     REFUSED: "the chassis is not ready, or refused to move",
     UNREACHABLE: "the chassis cannot be reached, or the connection was lost",
-    NOT_KNOWN: "the answer is not known: the chassis has not told it (`ready`, `faults`)",
+    NOT_KNOWN: "the answer is not known: the chassis has not reported it (`ready`, `faults`)",
     INTERRUPTED: "interrupted by Ctrl-C; a motion of this command was stopped",
     TERMINATED: "ended by SIGTERM, a hang-up or a closed console; a motion of this command was stopped",
 }

@@ -84,7 +84,7 @@ def require_timeout(timeout: float | None, name: str = "timeout") -> float | Non
         return seconds
     raise ValueError(
         say(
-            "{name}={timeout}: expected seconds of at least 0, or None to wait for ever",
+            "{name}={timeout}: expected a number of seconds, at least 0, or None to wait for ever",
             name=name,
             timeout=timeout,
         )
@@ -102,7 +102,7 @@ def require_limit(timeout: float, name: str = "timeout") -> float:
     if seconds is None or not 0.0 <= seconds < math.inf:
         raise ValueError(
             say(
-                "{name}={timeout}: expected seconds of at least 0, and not for ever",
+                "{name}={timeout}: expected a finite number of seconds, at least 0",
                 name=name,
                 timeout=timeout,
             )

@@ -60,7 +60,7 @@ class Clients:
             if deadline.expired:
                 names = " or ".join(p.topic for p in publishers)
                 raise RosTimeout(
-                    say("nobody listens to {name}; this chassis may not have it", name=names),
+                    say("{name} has no subscriber; this chassis may not have it", name=names),
                     what=names,
                     seconds=timeout,
                 )

@@ -61,14 +61,14 @@ class OtherDriver:
             sends: Whether it was seen to send.
         """
         if sends:
-            who = "{node} ({uri}) sends velocities, too, on {topics}"
+            who = "{node} ({uri}) also sends velocities on {topics}"
         else:
-            who = "{node} ({uri}) can send velocities, too, on {topics}"
+            who = "{node} ({uri}) can also send velocities on {topics}"
         text = say(who, node=self.node, uri=self.uri, topics=" and ".join(self.topics))
         if self.on_robot:
-            return both(text, "it runs on the robot itself, and is taken for a part of it")
+            return both(text, "it runs on the robot itself, and is treated as part of it")
         if not self.answers:
-            gone = "it does not answer: if it has gone, `rosproto node cleanup` takes it off the master"
+            gone = "it does not answer: if it has ended, `rosproto node cleanup` removes it from the master"
             return both(text, gone)
         return text
 

@@ -100,7 +100,7 @@ def finding_of(name: str, node: str, type_name: str, theirs: str, ours: str) -> 
             type=type_name,
             label=f"{label} ({note})" if note else label,
         )
-        advice = "nothing is needed: this revision is known, and values are carried over by field name"
+        advice = "nothing to do: this revision is known, and values are carried over by field name"
         return warn("definition", text, advice)
     text = say(
         "{name}: {node} has another {type} (md5sum {theirs}, ours {ours})",

@@ -229,7 +229,7 @@ def _with_a_node(
 
 def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout: float) -> Finding:
     if _HARMLESS not in state.subscribers:
-        return warn("back", "nobody listens to {name}: the way back was not tested", name=_HARMLESS)
+        return warn("back", "{name} has no subscriber: the way back was not tested", name=_HARMLESS)
     publisher = node.publisher(_HARMLESS, message_type(interface.row(_HARMLESS).type))
     try:
         publisher.wait_for_connection(timeout=timeout)
@@ -238,7 +238,9 @@ def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout
         text = say(
             "we reach the chassis, but {caller} does not reach us at {uri}", caller=caller, uri=node.uri
         )
-        advice = "let Python be reached from outside in the firewall, or give our right address with --host"
+        advice = (
+            "allow incoming connections to Python in the firewall, or give our correct address with --host"
+        )
         return bad("back", text, advice)
     finally:
         publisher.close()
@@ -255,7 +257,7 @@ def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float
     yield from check_definitions(node, state)
     silent = [f.topic for f in feeds if not f.heard and not f.row.on_change and f.row.source == "page"]
     if silent:
-        advice = "the node behind it hangs, or its links are blocked; restart the robot if it stays so"
+        advice = "the node behind it hangs, or its links are blocked; restart the robot if it stays like that"
         text = say("registered, but silent for {listen:g} s: {names}", listen=listen, names=", ".join(silent))
         yield warn("silent", text, advice)
     else:

@@ -455,9 +455,9 @@ class Feed(Newest[T]):
         publishers = 0 if subscriber is None else subscriber.connections
         who = self.unreachable or say("connected publishers: {count}", count=publishers)
         if self.row.on_change:
-            silent = "{topic}: nothing came within {seconds} s (it is sent on change only)"
+            silent = "{topic}: nothing was received within {seconds} s (it is sent on change only)"
         else:
-            silent = "{topic}: nothing came within {seconds} s"
+            silent = "{topic}: nothing was received within {seconds} s"
         text = both(say(silent, topic=self.row.name, seconds=timeout), who, "check `woosh doctor`")
         return RosTimeout(text, what=self.row.name, seconds=timeout)
 
@@ -553,7 +553,7 @@ class Feeds:
         except RosTimeout as error:
             raise StaleState(
                 say(
-                    "{topic} is silent, so nobody could see whether the robot obeys; check the chassis, or "
+                    "{topic} is silent, so it could not be seen whether the robot obeys; check the chassis, or "
                     "pass feedback_timeout=None to drive without it",
                     topic=feed.topic,
                 ),

@@ -252,7 +252,7 @@ def secrets(path: Path | None = None) -> tuple[str | None, str | None]:
             say("{path} is a folder; expected a file of two lines, user and password", path=path)
         )
     if os.name == "posix" and path.stat().st_mode & 0o077:
-        raise ValueError(say("{path}: others may read it; run chmod 600 {path}", path=path))
+        raise ValueError(say("{path}: other users can read it; run chmod 600 {path}", path=path))
     lines = read_text(path).splitlines()
     if len(lines) < 2 or not lines[0]:
         raise ValueError(

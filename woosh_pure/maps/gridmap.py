@@ -157,7 +157,7 @@ def grid_from_message(message: DynamicMessage) -> GridMap:
     if cells.size != info.width * info.height:
         raise ValueError(
             say(
-                "map of {width} x {height} cells has {size}; the sender is wrong",
+                "map of {width} x {height} cells has {size}; the sender's data is wrong",
                 width=info.width,
                 height=info.height,
                 size=cells.size,

@@ -424,7 +424,7 @@ class Motion(ABC, Generic[P]):
                 return Outcome(
                     OutcomeKind.CANCELLED,
                     self.description,
-                    "asked for, not confirmed yet",
+                    "requested, but not confirmed yet",
                     seconds=self.seconds,
                 )
             if not self.wait(timeout):
@@ -441,7 +441,10 @@ class Motion(ABC, Generic[P]):
         self.request_cancel(timeout)
         if not self.cancel_confirmed(timeout):
             raise ConnectionLost(
-                say("{goal}: cancelled, but the chassis cannot be heard; it may go on", goal=self)
+                say(
+                    "{goal}: cancelled, but nothing is received from the chassis; it may keep moving",
+                    goal=self,
+                )
             )
         unconfirmed = self.reported is not None and self.reported.text == NOT_CONFIRMED
         self.see_end()

@@ -156,8 +156,8 @@ def _check(step: Step) -> None:
     rotating = step.mode is StepMode.ROTATE
     maximum, unit = (MAX_ANGLE, "rad") if rotating else (MAX_DISTANCE, "m")
     if not step.in_range:
-        far = advice("use go_to for longer ways", key="far")
-        hint = "for degrees say degrees=True" if rotating else far
+        far = advice("use go_to for longer distances", key="far")
+        hint = "for degrees, pass degrees=True" if rotating else far
         long = say(
             "{way} {unit} is more than the {maximum} {same} one step may have",
             way=step.data,
@@ -168,7 +168,7 @@ def _check(step: Step) -> None:
         raise ValueError(both(long, say(hint)))
     if step.mode is StepMode.DIAGONAL and abs(step.angle) > 2.0 * math.pi + 1e-6:
         raise ValueError(
-            say("angle {angle:g} rad is more than one turn; for degrees say degrees=True", angle=step.angle)
+            say("angle {angle:g} rad is more than one turn; for degrees, pass degrees=True", angle=step.angle)
         )
     fastest, per_second = (MAX_TURN_RATE, "rad/s") if rotating else (MAX_SPEED, "m/s")
     if step.speed > fastest:
@@ -183,7 +183,7 @@ def _check(step: Step) -> None:
     if step.speed < 0.0:
         raise ValueError(
             say(
-                "speed {speed}: give a positive speed; the sign of the way says the direction",
+                "speed {speed}: give a positive speed; the sign of the distance gives the direction",
                 speed=step.speed,
             )
         )

@@ -414,7 +414,7 @@ class MotionVerbs:
         if not several_turns and any(abs(turn) > 2.0 * math.pi + 1e-6 for turn in turns):
             raise ValueError(
                 say(
-                    "{max:.2f} rad is more than one turn; for degrees say degrees=True, for many turns "
+                    "{max:.2f} rad is more than one turn; for degrees, pass degrees=True, for many turns "
                     "say several_turns=True",
                     max=max(turns, key=abs),
                 )

@@ -120,7 +120,7 @@ BEFORE = "{fault}; it was reported before the connection to its publisher broke:
 STATE_UNDEFINED = "the robot does not report its state"
 FAULT_STATE = "the robot reports a fault; look at its display"
 KEY_TRIGGERED = (
-    "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop, which key is which "
+    "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop; which key is which "
     "is not documented"
 )
 
@@ -242,7 +242,7 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
         reasons.append(_task_under_way(status, own_tasks))
     if charging and status.robot_state is not RobotState.CHARGING:
         reasons.append(
-            Reason(ReasonKey.CHARGING_CABLE, "the battery charges without a task; unplug the cable")
+            Reason(ReasonKey.CHARGING_CABLE, "the battery is charging without a task; unplug the cable")
         )
     return reasons
 

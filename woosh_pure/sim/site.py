@@ -129,7 +129,7 @@ def site_of(
         if not path.exists():
             raise FileNotFoundError(
                 say(
-                    "--marks {path}: there is no such file; `woosh marks --file {path} add` makes one",
+                    "--marks {path}: there is no such file; `woosh marks --file {path} add` creates one",
                     path=path,
                 )
             )
@@ -149,7 +149,7 @@ def site_of(
         if not _is_free(site.grid, pose):
             raise ValueError(
                 say(
-                    "{source} lies in a wall or beside the map, which is {extent}",
+                    "{source} is in a wall or outside the map, which is {extent}",
                     source=source,
                     extent=_extent(site.grid),
                 )

@@ -324,7 +324,7 @@ class ActiveMotions:
             other.replaced_by = ""
             raise MotionRefused(
                 say(
-                    "{goal} could not be ended, so that nothing else was sent: {error}",
+                    "{goal} could not be ended, so nothing else was sent: {error}",
                     goal=other.description,
                     error=error,
                 )

@@ -103,8 +103,7 @@ class Registrations:
             return ""
         master_uri = self._connection.master_uri
         return say(
-            "nobody is there for {names} at {uri}: no chassis runs there, or not all of it; try `woosh "
-            "doctor`",
+            "no node provides {names} at {uri}: no chassis runs there, or not all of it; try `woosh doctor`",
             names=sorted(self.missing),
             uri=master_uri,
         )

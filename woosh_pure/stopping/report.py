@@ -34,16 +34,16 @@ class StopReport:
         """Return the report as one sentence."""
         state = {
             True: "the robot stands still",
-            False: "THE ROBOT STILL MOVES: use its emergency stop button",
+            False: "THE ROBOT IS STILL MOVING: use its emergency stop button",
             None: "whether the robot stands still is not known: watch it",
         }[self.standing]
         parts = [say(state)]
         if self.cancelled:
             parts.append(say("cancelled {what}", what=self.cancelled))
         elif not self.problems:
-            parts.append(say("nothing was running" if self.looked else "nothing of ours was running"))
+            parts.append(say("nothing was running" if self.looked else "nothing of this program was running"))
         if self.problems:
             parts.append(say("not done: {what}", what=both(*self.problems)))
         if self.pending:
-            parts.append(say("asked again until it is seen to end: {what}", what=self.pending))
+            parts.append(say("asked again until its end is seen: {what}", what=self.pending))
         return shown(both(*parts))

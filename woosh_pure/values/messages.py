@@ -43,7 +43,7 @@ def require_finite(value: Any, what: str) -> Any:
             raise ValueError(say("{what}: {value} is not finite; nothing was sent", what=what, value=value))
         if abs(value) > _MAX_FLOAT32:
             raise ValueError(
-                say("{what}: {value} is too large to be meant; nothing was sent", what=what, value=value)
+                say("{what}: {value} is implausibly large; nothing was sent", what=what, value=value)
             )
     elif hasattr(value, "__slots__") and hasattr(value, "_type"):
         for name in value.__slots__:

@@ -90,7 +90,7 @@ class Drive:
 
     def __enter__(self) -> Drive:
         if self._entered:
-            raise MotionRefused("this drive was used before; open a new one with chassis.velocity(...)")
+            raise MotionRefused("this drive has been used already; open a new one with chassis.velocity(...)")
         self._entered = True
         components = self._components
         with ExitStack() as undo:  # Ctrl-C included: a drive that did not open accepts no velocity
@@ -254,7 +254,7 @@ class Drive:
             self._told = True
             raise self._error
         if not self._entered or self._over.is_set:
-            raise MotionRefused("a velocity exists only inside `with chassis.velocity(...) as drive:`")
+            raise MotionRefused("a velocity can be set only inside `with chassis.velocity(...) as drive:`")
 
     def _require_alone(self) -> None:
         self._others = other_drivers(self._components.connection.open_node())

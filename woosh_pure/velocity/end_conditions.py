@@ -173,8 +173,8 @@ class EndConditions:
         return MotionRefused(
             say(
                 "the drive is over: this program did not run for {seconds:.1f} s; without a watchdog the "
-                "robot went on with the last velocity; nothing resumes by itself, look where it is and open "
-                "a new drive",
+                "robot went on with the last velocity; driving does not resume by itself, look where it is "
+                "and open a new drive",
                 seconds=pause,
             )
         )
@@ -191,12 +191,12 @@ class EndConditions:
 
     def _lost(self, sent: Velocity) -> RosError | None:
         if self._publisher.connections == 0:
-            return _connection_lost(say("{topic}: nobody subscribes any more", topic=self._publisher.topic))
+            return _connection_lost(say("{topic} no longer has a subscriber", topic=self._publisher.topic))
         if self._heartbeat is not None and self._heartbeat.late:
             return _connection_lost(
                 say(
-                    "who listens to {topic} has not answered within {seconds:g} s, so what is sent would "
-                    "come late",
+                    "the subscriber of {topic} has not answered within {seconds:g} s, so messages would "
+                    "arrive late",
                     topic=self._publisher.topic,
                     seconds=ANSWER_SECONDS,
                 )
@@ -233,8 +233,8 @@ class EndConditions:
         return MotionRefused(
             say(
                 "the drive is over: the robot has stood still for {seconds:g} s although it was told to move;"
-                " is its emergency stop pressed, its brake on, or something in its way? Nothing resumes by "
-                "itself",
+                " is its emergency stop pressed, its brake on, or something in its way? Driving does not "
+                "resume by itself",
                 seconds=DISOBEYED_SECONDS,
             )
         )
@@ -242,5 +242,5 @@ class EndConditions:
 
 def _connection_lost(why: str) -> ConnectionLost:
     return ConnectionLost(
-        say("the drive is over: {why}; nothing resumes by itself, check the network", why=why)
+        say("the drive is over: {why}; driving does not resume by itself, check the network", why=why)
     )

@@ -79,7 +79,7 @@ class Shaper:
         if not (math.isfinite(valid_for) and 0.0 < valid_for <= 5.0):
             raise ValueError(
                 say(
-                    "valid_for={valid_for}: must be between 0 and 5 s; call again to go on longer",
+                    "valid_for={valid_for}: must be between 0 and 5 s; call again to continue",
                     valid_for=valid_for,
                 )
             )

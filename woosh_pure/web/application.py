@@ -169,7 +169,7 @@ async def _on_http(request: Request, error: Exception) -> JSONResponse:
     methods = methods_at(request)
     if methods and request.method not in methods:  # other paths are files of the page
         said = say(
-            "this address takes {methods}, not {method}", methods=methods, method=printable(request.method)
+            "this address accepts {methods}, not {method}", methods=methods, method=printable(request.method)
         )
         answer = _answer(request, Problem(405, said))
         answer.headers["allow"] = ", ".join(methods)

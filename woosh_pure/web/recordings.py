@@ -38,12 +38,10 @@ def require_folder(folder: Path) -> Path:
     """
     if not folder.is_dir():
         raise ValueError(
-            say("recordings: there is no folder {folder}; make it first, or give another", folder=folder)
+            say("recordings: there is no folder {folder}; create it, or give another", folder=folder)
         )
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise ValueError(
-            say("recordings: nothing can be written to {folder}; change its rights", folder=folder)
-        )
+        raise ValueError(say("recordings: cannot write to {folder}; change its permissions", folder=folder))
     return folder
 
 

@@ -198,9 +198,9 @@ def _check_tls(cert: str | Path, key: str | Path | None) -> None:
         ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(cert, key, password="")
     except ssl.SSLError as error:
         wrong = (
-            "{cert} and {key}: they are not a PEM certificate with its unencrypted key ({error})"
+            "{cert} and {key} are not a PEM certificate and its unencrypted key ({error})"
             if key
-            else "{cert}: it is not a PEM certificate with its unencrypted key ({error})"
+            else "{cert} is not a PEM certificate with its unencrypted key ({error})"
         )
         raise ValueError(say(wrong, cert=cert, key=key, error=error.reason or say("not PEM"))) from error
 

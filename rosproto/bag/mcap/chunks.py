@@ -176,7 +176,7 @@ def messages_of(
             raise source.error(f"a chunk of {len(chunk.data)} bytes, its record says {size}", at)
         records = reader.breakup_chunk(chunk, validate_crc=True)
     except misfits() as problem:
-        raise source.error(f"it cannot be taken apart: {problem or type(problem).__name__}", at) from None
+        raise source.error(f"it cannot be parsed: {problem or type(problem).__name__}", at) from None
     if not source.records.take(at, len(records)):
         raise source.error("more records than a file of its size may have", at)
     messages: list[McapMessage] = []

@@ -60,7 +60,7 @@ class McapWriter:
         if not 1 <= chunk_bytes <= 1 << 30:
             raise ValueError(f"chunk_bytes {chunk_bytes}: between 1 and {1 << 30} bytes")
         if compression not in ("none", "lz4", "zstd"):
-            raise ValueError(f"compression {compression!r}: MCAP knows none, lz4, zstd")
+            raise ValueError(f"compression {compression!r}: MCAP supports none, lz4, zstd")
         module = library("writer")
         self._lock = threading.RLock()
         self._channels: dict[tuple[object, ...], int] = {}

@@ -66,9 +66,9 @@ class Assets:
         if not package or package.startswith(".") or "" in parts or any(p in (".", "..") for p in parts):
             raise ValueError(f"{uri[:100]!r} names no file of a package")
         if any(sign in package + inside for sign in "\\:\0"):
-            raise ValueError(f"{uri[:100]!r} has signs that no file of a package has")
+            raise ValueError(f"{uri[:100]!r} has characters that no file of a package may have")
         if Path(inside).suffix.lower() not in KINDS:
-            raise ValueError(f"{uri[:100]!r}: only meshes, textures and robot descriptions are given")
+            raise ValueError(f"{uri[:100]!r}: only meshes, textures and robot descriptions are served")
         for folder in self.folders:
             root = folder if folder.name == package else folder / package
             found = self._read(root, parts, uri)

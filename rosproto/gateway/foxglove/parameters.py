@@ -104,14 +104,14 @@ class ViewerParameters:
                     if self._closed or key in self._followed:
                         continue
                     if len(self._followed) >= limit:
-                        return f"{limit} parameters are followed, which is the limit for a client"
+                        return f"{limit} parameters are subscribed to, which is the limit for a client"
                 refusal = self._access.may_read("parameter", key)
                 if refusal is not None:
                     problem = refusal.text
                     continue
                 made = self._node.params.subscribe(key, self._changed)
             except (RosError, ValueError) as error:
-                problem = f"parameter {name[:200]} is not followed: {error}"
+                problem = f"parameter {name[:200]} is not subscribed to: {error}"
                 continue
             with self._lock:
                 kept = not self._closed and self._followed.setdefault(key, made) is made

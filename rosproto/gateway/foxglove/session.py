@@ -249,12 +249,12 @@ class FoxgloveSession:
             if channel is None:
                 raise Refused(f"channel {number} is not advertised, or not any longer")
             if id in self._subscriptions:
-                raise Refused(f"{channel.topic} is not followed: subscription {id} is in use")
+                raise Refused(f"{channel.topic} is not subscribed to: subscription {id} is in use")
             if any(one.channel.id == number for one in self._subscriptions.values()):
                 raise Refused(f"{channel.topic} is followed already")
             if len(self._subscriptions) >= limit:
                 raise Refused(
-                    f"{channel.topic} is not followed: {limit} topics are followed, which is the limit"
+                    f"{channel.topic} is not subscribed to: {limit} topics already are, which is the limit"
                 )
             made = self._subscriptions[id] = _Subscription(id, channel, self.channel, self._differs)
         try:
@@ -263,7 +263,7 @@ class FoxgloveSession:
             with self._lock:
                 self._end_subscription(id, made)
             if isinstance(problem, (RosError, ValueError)):
-                raise Refused(f"{channel.topic} is not followed: {problem}") from problem
+                raise Refused(f"{channel.topic} is not subscribed to: {problem}") from problem
             raise
         with self._lock:
             kept = self._subscriptions.get(id) is made

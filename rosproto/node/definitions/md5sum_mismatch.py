@@ -51,7 +51,7 @@ class RevisedType(TopicType):
         decode, convert = self.theirs.decode, self.conversion.convert
 
         def decode_and_convert(buffer: BytesLike, start: int, end: int) -> Message:
-            message = decode(buffer, start, end)  # an error here means that the stream is out of step
+            message = decode(buffer, start, end)  # an error here means that the stream is out of sync
             try:
                 converted: Message = convert(message)
                 return converted

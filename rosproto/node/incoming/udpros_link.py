@@ -152,7 +152,7 @@ class UdprosLink(TcprosLink):
             for row in connections
         ):
             raise ConnectionLost(
-                f"{self.topic}: {self.caller_id} at {self.uri} does not send here any more; restarted?",
+                f"{self.topic}: {self.caller_id} at {self.uri} no longer sends here; was it restarted?",
                 peer=self.address,
             )
         if monotonic() - began > LATE_SECONDS:

@@ -109,7 +109,7 @@ class Publisher:
             LocalProtocolError: This publisher is closed.
         """
         if self._closed:
-            raise LocalProtocolError(f"{self.topic}: this publisher is closed; make another one to publish")
+            raise LocalProtocolError(f"{self.topic}: this publisher is closed; create another one to publish")
         try:
             if message is None or fields:
                 message = self._message_of(message, fields)

@@ -164,8 +164,8 @@ class ServiceLink:
 
     def _late(self) -> RosTimeout:
         return RosTimeout(
-            f"service {self._service}: {self.peer} gave no answer in time;"
-            " the request may yet be carried out",
+            f"service {self._service}: {self.peer} did not answer in time;"
+            " the request may still be carried out",
             what=f"answer of service {self._service}",
         )
 

@@ -285,7 +285,7 @@ def test_reindex_where_nothing_can_be_written(tmp_path, monkeypatch):
         return real(file, mode, *rest, **more)
 
     monkeypatch.setattr(builtins, "open", refuse)
-    with pytest.raises(BagError, match="cannot mend the bag: Read-only file system"):
+    with pytest.raises(BagError, match="cannot repair the bag: Read-only file system"):
         reindex(path)
 
 

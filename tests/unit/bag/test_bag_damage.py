@@ -175,7 +175,9 @@ def test_reindex_on_a_disk_that_is_still_full_changes_nothing(tmp_path, monkeypa
 
     with monkeypatch.context() as context:
         context.setattr(BagOutputFile, "put", full)
-        with pytest.raises(BagError, match="cannot mend the bag: No space left on device; it is left as it"):
+        with pytest.raises(
+            BagError, match="cannot repair the bag: No space left on device; it is left as it"
+        ):
             reindex(path)
     assert path.read_bytes() == data
     reindex(path)

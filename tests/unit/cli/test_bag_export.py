@@ -199,7 +199,7 @@ def test_nothing_is_replaced(bag: str, tmp_path: Path, form: str, capsys: pytest
     assert len(made) == 2  # the bag, and what was made of it
     capsys.readouterr()
     assert main(["bag", "export", bag, form]) == 1
-    assert "exists already; choose another name" in capsys.readouterr().err
+    assert "already exists; choose another name" in capsys.readouterr().err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == made
 
 
@@ -213,7 +213,7 @@ def test_a_bag_is_not_replaced_either(
     out = tmp_path / "yesterday.bag"
     out.write_bytes(b"yesterday")
     assert main(["bag", *words.format(bag=bag, out=out).split()]) == 1
-    assert "exists already; choose another name" in capsys.readouterr().err
+    assert "already exists; choose another name" in capsys.readouterr().err
     assert out.read_bytes() == b"yesterday"
 
 

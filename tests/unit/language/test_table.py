@@ -123,7 +123,7 @@ def test_what_a_stop_has_done_is_said_by_its_parts() -> None:
     """A mark may have any name."""
     report = StopReport(True, [say("mark {name}", name="ready; {x}")], pending=["task 3"])
     assert report.sentence() == (
-        "the robot stands still; cancelled mark ready; {x}; asked again until it is seen to end: task 3"
+        "the robot stands still; cancelled mark ready; {x}; asked again until its end is seen: task 3"
     )
     said = translator_for("zh").say(report.sentence())
     assert said == "机器人已停稳；已取消标记点 ready; {x}；再次请求，直到看到它结束：task 3"

@@ -128,7 +128,7 @@ def test_without_a_file_the_line_is_in_the_text() -> None:
 
 def test_a_field_twice_is_refused_at_the_second() -> None:
     """Names of fields are unique; constants may repeat, as genmsg lets them."""
-    with pytest.raises(DefinitionError, match="a is there twice") as caught:
+    with pytest.raises(DefinitionError, match="a occurs twice") as caught:
         parse("int32 a\nint8 b\nstring a")
     assert caught.value.line == 3
     assert len(parse("int32 A=1\nint32 A=1").constants) == 2

@@ -192,7 +192,7 @@ def test_only_an_arrival_is_true():
         assert f"{outcome}" == outcome.sentence()  # what `print` shows
         assert f"{outcome.kind}" in outcome.sentence()
         assert "9" not in outcome.sentence(), "a number of the interface tells a person nothing"
-    assert "STILL MOVES" in Outcome(OutcomeKind.FAILED, "goal", stopped=False).sentence()
+    assert "STILL MOVING" in Outcome(OutcomeKind.FAILED, "goal", stopped=False).sentence()
 
 
 def test_goals_of_other_clients_are_known_by_the_name_in_their_id():

@@ -54,7 +54,7 @@ def test_what_the_api_advises_is_said_for_commands() -> None:
     outcome = Outcome(OutcomeKind.FAILED, "mark A1", text="status code 110201000013")
     text, _ = explain(GoalFailed(outcome))
     assert isinstance(text, Sentence)
-    assert text.endswith("look at chassis.readiness() and chassis.faults")
+    assert text.endswith("see chassis.readiness() and chassis.faults")
     assert "status code 110201000013 (emergency stop" in text
     assert text.advised(ADVICE).endswith("see `woosh ready` and `woosh faults`")
     wrapped = RosError(say("{what}: {why}", what="x", why=GoalFailed(outcome)))
@@ -64,11 +64,11 @@ def test_what_the_api_advises_is_said_for_commands() -> None:
 
 def test_a_name_that_reads_like_advice_stays() -> None:
     """Nothing is replaced in a text."""
-    name = "use go_to for longer ways"
+    name = "use go_to for longer distances"
     sentence = both(say("mark {name} is not known", name=name), advice(name, key="far"))
     assert (
         sentence.advised(ADVICE)
-        == f"mark {name} is not known; for longer ways: woosh goto --pose X Y DEGREES"
+        == f"mark {name} is not known; for longer distances: woosh goto --pose X Y DEGREES"
     )
 
 

@@ -106,7 +106,8 @@ def add_foxglove(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--allow-driving",
         action="store_true",
-        help="let viewers publish velocities and the goals that move the robot; keep the red button in reach",
+        help="let viewers publish velocities and the goals that move the robot; keep the red button within "
+        "reach",
     )
 
 

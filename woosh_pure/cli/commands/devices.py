@@ -67,7 +67,7 @@ def add_scan(parser: ArgumentParser) -> None:
 
 def run_scan(args: Namespace, out: Output) -> None:
     if args.map and not args.png:
-        raise ValueError("--map draws the scan into the map: give --png FILE too")
+        raise ValueError("--map draws the scan into the map: give --png FILE, too")
     from woosh_pure.readings import scan_in_base
 
     with connect(args, out) as chassis:
@@ -84,12 +84,12 @@ def run_scan(args: Namespace, out: Output) -> None:
         )
         if nearest is not None:
             out.line(
-                "nearest {metres:.2f} m from the robot's middle, at {degrees:.0f}° ({side})",
+                "nearest {metres:.2f} m from the robot's centre, at {degrees:.0f}° ({side})",
                 metres=nearest[0],
                 degrees=nearest[1],
                 side=say(_word(nearest[1])),
             )
-        out.line("free in a lane of {width:g} m, from the robot's middle:", width=args.width)
+        out.line("free in a lane of {width:g} m, from the robot's centre:", width=args.width)
         for name, distance in ways.items():
             free = "nothing in the way" if math.isinf(distance) else say("{metres:.2f} m", metres=distance)
             out.line(" ", out.cell(name, 8), free)
@@ -159,7 +159,7 @@ def _draw_scan(chassis: Chassis, scan: LaserScan, args: Namespace, out: Output) 
     try:
         pose = chassis.pose.wait(args.wait, new=False)
     except RosTimeout as error:
-        raise RosTimeout(say("{error}; leave --map out to draw it around the robot", error=error)) from error
+        raise RosTimeout(say("{error}; omit --map to draw it around the robot", error=error)) from error
     with out.working("fetching the map"):
         grid = chassis.get_map()
     return chart_png(grid, out, pose=pose, scan=scan_in_map(chassis, scan, pose))
@@ -186,7 +186,7 @@ def add_camera(parser: ArgumentParser) -> None:
 
 def run_camera(args: Namespace, out: Output) -> None:
     if args.millimetres and not args.depth:
-        raise ValueError("--millimetres is about the depth image: give --depth too")
+        raise ValueError("--millimetres applies to the depth image: give --depth, too")
     with connect(args, out) as chassis:
         image = wait_for(chassis.depth if args.depth else chassis.camera, args, out)
     height, width = image.pixels.shape[:2]

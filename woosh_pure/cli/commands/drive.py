@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 _WARNING = (
     "DRIVING BY VELOCITY BYPASSES THE CHASSIS'S OBSTACLE AVOIDANCE AND LIMITS.",
-    "The area must be clear. Watch the robot all the time, and keep its red button in reach.",
-    "This program is not an emergency stop: when it or the network dies, the robot may drive on.",
+    "The area must be clear. Watch the robot all the time, and keep its red button within reach.",
+    "This program is not an emergency stop: if it or the network fails, the robot may keep driving.",
 )
 _KEYS = "arrows or WASD: drive   + -: faster, slower (stops)   q, Esc: end   any other key: stop"
 

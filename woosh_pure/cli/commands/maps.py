@@ -87,7 +87,7 @@ def _show_map(args: Namespace, out: Output) -> None:
 def _save_map(args: Namespace, out: Output) -> None:
     target = args.out.with_suffix("") if args.out.suffix in (".yaml", ".pgm", ".png") else args.out
     if not target.parent.is_dir():
-        raise ValueError(say("{parent} is not a directory; make it first", parent=target.parent))
+        raise ValueError(say("{parent} is not a directory; create it first", parent=target.parent))
     with connect(args, out) as chassis:
         for name in ("pose", "scan", "velocity", "plan", "tf_static"):
             chassis.feed(name).open()  # received while the map is fetched
@@ -136,7 +136,7 @@ def _set_map(args: Namespace, out: Output) -> None:
     with connect(args, out) as chassis, out.working("sending the map"):
         chassis.set_map(grid, pose(args.pose) if args.pose else None)
     _say_size(grid, out)
-    out.line("the chassis took it")
+    out.line("the chassis accepted it")
     out.result(_map_facts(grid))
 
 
@@ -180,7 +180,7 @@ def run_marks(args: Namespace, out: Output) -> None:
             "{name}: {pose} (in {path})", name=mark.name, pose=mark.pose or say("no pose"), path=marks.path
         )
         if before is not None and before.pose not in (None, where):
-            out.line("before it was {pose}", pose=before.pose)
+            out.line("it was {pose} before", pose=before.pose)
         if before is not None and before.on_chassis and not on_chassis:
             out.line(
                 "`woosh goto {name}` drives to this pose now; for the chassis's mark give --on-chassis",

@@ -101,7 +101,7 @@ def run_plan(args: Namespace, out: Output) -> int:
     out.line(
         say("{points}, {metres:.2f} m", points=counted(len(path), "point", "points"), metres=length)
         if path
-        else "there is no way"
+        else "there is no path"
     )
     for point in path if len(path) <= 20 else (*path[:10], *path[-10:]):
         out.line(" ", str(point))
@@ -122,14 +122,14 @@ def _plan_target(args: Namespace) -> Pose2D:
 
 _COSTMAP_SAID = {
     "on": "obstacles enter the costmaps",
-    "off": "obstacles are NO LONGER noticed",
+    "off": "obstacles are NO LONGER detected",
     "clear": "the obstacles seen so far are forgotten",
 }
 
 
 def add_costmap(parser: ArgumentParser) -> None:
     parser.add_argument(
-        "setting", choices=("on", "off", "clear"), help="off: obstacles are no longer noticed"
+        "setting", choices=("on", "off", "clear"), help="off: obstacles are no longer detected"
     )
 
 
@@ -197,7 +197,7 @@ def add_mode(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--max-speed", type=seconds, default=0.0, metavar="M/S", help="0 keeps the configured one"
     )
-    parser.add_argument("--passage", type=natural, default=0, metavar="ID", help="passage this is about (0)")
+    parser.add_argument("--passage", type=natural, default=0, metavar="ID", help="passage concerned (0)")
     parser.add_argument("--permitted", action="store_true", help="a changed path may be followed")
     parser.add_argument(
         "--capacity", type=natural, default=0, metavar="N", help="vehicles in the passage (0)"

@@ -60,7 +60,7 @@ def add_sim(parser: ArgumentParser) -> None:
         "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address at which others reach it"
     )
     parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
-    parser.add_argument("--seed", type=to_int, default=0, help="seed of everything random")
+    parser.add_argument("--seed", type=to_int, default=0, help="seed of all random values")
     parser.add_argument(
         "--map",
         type=Path,

@@ -41,7 +41,7 @@ def add_demo(parser: ArgumentParser) -> None:
 
 def run_demo(args: Namespace, out: Output) -> int:
     if args.master or args.chassis:
-        raise ValueError("the demo drives only its own simulated chassis; leave --master and --chassis out")
+        raise ValueError("the demo drives only its own simulated chassis; omit --master and --chassis")
     args.sim = True
     began = time.monotonic()
     from woosh_pure.sim.site import built_in_site
@@ -96,7 +96,9 @@ def run_demo(args: Namespace, out: Output) -> int:
         out.line("done in {seconds:.0f} s: the software works on this computer", seconds=seconds)
         out.line("next, a simulated robot in your browser: {command}", command="woosh --sim web")
     else:
-        out.line("FAILED: measured is too far from asked in {seconds:.1f} s", seconds=seconds)
+        out.line(
+            "FAILED: what was measured is too far from what was asked, after {seconds:.1f} s", seconds=seconds
+        )
     out.result(
         {
             "ok": good,
@@ -162,7 +164,7 @@ def _require_master(uri: str, args: Namespace, out: Output) -> None:
 def _show_profile(out: Output) -> int:
     profile = config.load()
     if profile is None:
-        out.line("no chassis is remembered; `woosh connect HOST` does it")
+        out.line("no chassis is saved; `woosh connect HOST` saves one")
     else:
         shown = "{chassis}, our address {host} (in {path})" if profile.host else "{chassis} (in {path})"
         out.line(shown, chassis=profile.chassis, host=profile.host, path=config.profile_file())
@@ -178,7 +180,7 @@ def _show_profile(out: Output) -> int:
 
 def _forget_profile(out: Output) -> None:
     known = config.forget()
-    out.line("forgotten" if known else "no chassis was remembered")
+    out.line("forgotten" if known else "no chassis was saved")
     out.result({"forgotten": known})
 
 
@@ -200,7 +202,7 @@ def run_doctor(args: Namespace, out: Output) -> int:
     from woosh_pure.doctor.examination import examine
 
     if args.report is not None and args.report.exists():
-        raise ValueError(say("{path} exists already: give another name", path=args.report))
+        raise ValueError(say("{path} already exists: give another name", path=args.report))
     with ExitStack() as stack:
         address, host = address_of(args, out, stack)
         findings = []

@@ -301,7 +301,9 @@ def readiness_of(chassis: Chassis) -> Readiness:
         key = ReasonKey.UNREACHABLE if chassis.status.unreachable else ReasonKey.NO_CHASSIS
         missing = Reason(key, nobody_there(chassis))
     elif _is_silent(chassis):
-        missing = Reason(ReasonKey.SILENT, "nothing comes from the chassis: is it up? try `woosh doctor`")
+        missing = Reason(
+            ReasonKey.SILENT, "nothing is received from the chassis: is it running? try `woosh doctor`"
+        )
     else:
         return found
     known = [reason for reason in found.reasons if reason.key != ReasonKey.UNKNOWN]

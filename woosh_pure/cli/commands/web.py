@@ -39,7 +39,7 @@ def add_web(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--allow-driving",
         action="store_true",
-        help="let a page drive by velocity, PAST the obstacle avoidance; a person must watch",
+        help="let a page drive by velocity, WITHOUT obstacle avoidance; a person must watch",
     )
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
     parser.add_argument(
@@ -59,7 +59,8 @@ def add_web(parser: ArgumentParser) -> None:
         metavar="NAME=HOST",
         help="one more robot, as a further --chassis NAME=HOST",
     )
-    parser.add_argument("--marks", type=Path, metavar="FILE", help="list of marks (default: `woosh marks`'s)")
+    marks = "list of marks (default: that of `woosh marks`)"
+    parser.add_argument("--marks", type=Path, metavar="FILE", help=marks)
     parser.add_argument("--recordings", type=Path, metavar="FOLDER", help="folder for bags (a temporary one)")
     add_watchdog(parser)
 
@@ -114,7 +115,7 @@ def run_web(args: Namespace, out: Output) -> int:
         out.line("the page: {page}", page=page)
         out.line("for programs: {url}api/v1/status, {url}openapi.json", url=server.url)
         if args.allow_driving:
-            out.line("a page may drive PAST the obstacle avoidance: a person must watch all the time")
+            out.line("a page can drive WITHOUT obstacle avoidance: a person must watch all the time")
         out.record({"url": server.url, "port": server.port, "robots": list(robots)})
         if not args.no_browser and not out.as_json:
             _open_browser(page)

@@ -59,7 +59,7 @@ async def stop(request: Request) -> Response:
     if complaint is None:
         return JSONResponse(stop_part(report))
     complaint.text = say(
-        "stopped all the same: {report}; but {complaint}",
+        "stopped anyway: {report}; but {complaint}",
         report=report.sentence(),
         complaint=say(complaint.text),
     )
@@ -83,7 +83,7 @@ def _of_method(request: Request) -> Problem | None:
     method = request.scope.get("woosh.method", "POST")
     if method == "POST":
         return None
-    return Problem(405, "this address takes {methods}, not {method}", methods="POST", method=method[:20])
+    return Problem(405, "this address accepts {methods}, not {method}", methods="POST", method=method[:20])
 
 
 async def _over(begun: list[Future[StopReport]]) -> StopReport:
@@ -94,7 +94,9 @@ async def _over(begun: list[Future[StopReport]]) -> StopReport:
     """
     done, late = await asyncio.wait(map(asyncio.wrap_future, begun), timeout=ANSWER_SECONDS)
     if late:
-        raise Problem(504, "the stop was sent, but is not confirmed: watch the robot, use its own button")
+        raise Problem(
+            504, "the stop was sent, but is not confirmed: watch the robot, and use its emergency stop button"
+        )
     reports = [one.result() for one in done]
     standing = [report.standing for report in reports]
     return StopReport(

@@ -443,7 +443,7 @@ def test_a_client_may_not_follow_everything(ground: Ground) -> None:
     viewer = ground.view(ground.serve(limits=GatewayLimits(subscriptions_per_client=2)))
     for number in range(4):
         viewer.subscribe(f"/t{number}")
-    assert "2 topics are followed" in viewer.status("is not followed")
+    assert "2 topics already are" in viewer.status("is not subscribed to")
     for number in range(2):
         assert viewer.message(f"/t{number}")
 

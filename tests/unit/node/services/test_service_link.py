@@ -126,7 +126,7 @@ def test_a_provider_that_dies_within_its_answer_is_lost(pair):
 
 
 def test_a_silent_provider_is_a_timeout(pair):
-    with pytest.raises(RosTimeout, match="no answer in time"):
+    with pytest.raises(RosTimeout, match="did not answer in time"):
         link_on(pair[0]).call(b"x", Deadline(0.02))
 
 

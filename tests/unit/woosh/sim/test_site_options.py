@@ -87,7 +87,7 @@ def test_files_come_before_options(list_file: Path) -> None:
 
 def test_a_mark_in_a_wall_or_beside_the_map_is_refused(small_map: Path, list_file: Path) -> None:
     for arguments in ((small_map, ["W=1,-1.5,0"]), (small_map, ["W=99,0,0"]), (None, ["W=-5,0,0"])):
-        with pytest.raises(ValueError, match=r"--mark W=.* lies in a wall or beside the map, which is \d+"):
+        with pytest.raises(ValueError, match=r"--mark W=.* is in a wall or outside the map, which is \d+"):
             site_of(*arguments)
     with pytest.raises(FileNotFoundError, match="no such file"):
         site_of(None, [], [list_file.with_name("nothing.json")])
