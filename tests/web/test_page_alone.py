@@ -123,7 +123,7 @@ def test_a_lost_robot_is_said_in_words(browser: Browser, served: tuple[Fake, str
         page.wait_for_selector("#lost", state="hidden")
         fake.lost = time.monotonic()
         page.wait_for_selector("#lost:not(.hidden)", timeout=4000)
-        assert "The robot is lost" in page.inner_text("#lost")
+        assert "The robot has been silent" in page.inner_text("#lost")
         fake.lost = None
         page.wait_for_selector("#lost", state="hidden")
 
@@ -191,7 +191,7 @@ def test_what_the_server_refuses_is_its_own_sentence(browser: Browser, served: t
 
 @pytest.mark.parametrize(
     ("takes", "text"),
-    [(True, "found itself there"), (False, "The robot says that it is 3.6 m"), (None, "has not answered")],
+    [(True, "has confirmed this position"), (False, "The robot says that it is 3.6 m"), (None, "has not answered")],
 )
 def test_the_tick_after_a_pose_comes_from_the_robot(
     browser: Browser, served: tuple[Fake, str], takes: Any, text: str

@@ -90,7 +90,7 @@ def test_pause_resume_and_cancel(browser: Browser, robot: Robot) -> None:
         page.wait_for_selector("#task >> text=Cancelled")
         page.click("#tabbutton-log")
         text = page.inner_text("#journal")
-        for line in ("Go to B1", r"Pause no. \d", r"Go on with no. \d", r"Cancel no. \d", r"page \d"):
+        for line in ("Go to B1", r"Pause no. \d", r"Resume no. \d", r"Cancel no. \d", r"page \d"):
             assert re.search(line, text), line
 
 
@@ -134,7 +134,7 @@ def test_amounts_a_place_and_the_pose(browser: Browser, robot: Robot) -> None:
         page.wait_for_selector(".toast.ask >> text=The robot says that it is", timeout=20_000)
         assert robot.away(1.5, 0.5) < 0.3, "told far from the truth: it believes nothing, and has not moved"
         page.click("#tabbutton-log")
-        page.wait_for_selector("#journal .entry.ended >> text=Told it where it is")
+        page.wait_for_selector("#journal .entry.ended >> text=Corrected its position")
 
 
 def test_a_robot_that_is_lost_finds_itself_and_says_so(browser: Browser, robot: Robot) -> None:
@@ -151,7 +151,7 @@ def test_a_robot_that_is_lost_finds_itself_and_says_so(browser: Browser, robot: 
         for field, value in (("x", start.x), ("y", start.y), ("heading", math.degrees(start.yaw))):
             page.fill(f"#place-{field}", f"{value:.2f}")
         page.click("#confirm button[type=submit]")
-        page.wait_for_selector(".toast.ok >> text=The robot has found itself there.", timeout=20_000)
+        page.wait_for_selector(".toast.ok >> text=The robot has confirmed this position.", timeout=20_000)
 
 
 def test_after_a_reload_a_goal_is_still_ones_own(browser: Browser, robot: Robot) -> None:

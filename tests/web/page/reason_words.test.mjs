@@ -24,7 +24,7 @@ test("the cause comes first, in the language of the page, and what to do about i
 
 test("what may be over is said to be so; what is not known is no such doubt", () => {
   assert.match(whyOf({ ...EMERGENCY, blocking: false, doubt: true }), /may be over\.$/);
-  assert.equal(whyOf({ key: "unknown", doubt: true }), "It has not told its state yet.");
+  assert.equal(whyOf({ key: "unknown", doubt: true }), "It has not reported its state yet.");
 });
 
 test("each reason is said once, and a task of one's own is none", () => {
@@ -38,7 +38,7 @@ test("a refusal says its cause, else the robot's own words, else its kind, else 
   assert.match(refusalText(problem, 409), /^The emergency stop/);
   const said = { text: "no such mark", text_zh: "没有这个标记点" };
   assert.equal(refusalText({ ...problem, reasons: [BUSY], said }, 409), "The robot refused: “no such mark”");
-  assert.match(refusalText({ ...problem, reasons: [] }, 409), /^It was not begun/);
+  assert.match(refusalText({ ...problem, reasons: [] }, 409), /^It was not started/);
   assert.match(refusalText({ type: "urn:woosh:leased", holder: "page 2 at 10.0.0.7" }, 409), /^page 2 \(10\.0\.0\.7\) has control/);
   assert.equal(refusalText({ type: "urn:woosh:new", detail: "as it came" }, 409), "as it came");
   assert.equal(refusalText({}, 418), "The server refused: 418");
@@ -58,7 +58,7 @@ test("an end that is bad says why, and whether the robot stands still", () => {
 test("what a stop has done is said without names of tasks and services", () => {
   const report = { cancelled: ["pick task 1286666406 to A1"], problems: ["registerPublisher: no answer"], pending: ["x"], looked: true };
   assert.doesNotMatch(stopText(report), JARGON);
-  assert.match(stopText(report), /was ended\. Not everything .* told again/);
+  assert.match(stopText(report), /was ended\. Not everything .* repeated every second/);
   assert.equal(stopText({ looked: true }), "Nothing was under way.");
   assert.equal(stopText({ looked: false }), "");
 });

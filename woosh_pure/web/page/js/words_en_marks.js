@@ -9,7 +9,7 @@ export const marks = {
   "marks.hereask": "Save the place where the robot stands?",
   "marks.herenote": "The robot does not move.",
   "marks.placeask": "Save this place?",
-  "marks.placehint": "Press where the mark is, drag to where the robot should look there, let go.",
+  "marks.placehint": "Press where the mark is, drag towards where the robot should face there, then release.",
   "marks.name": "Name",
   "marks.note": "Note",
   "marks.charger": "There is a charger.",
