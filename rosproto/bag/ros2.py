@@ -39,7 +39,7 @@ def write_ros2(bag: BagReader, path: str | os.PathLike[str], step: Callable[[], 
         step: Called after each message.
 
     Raises:
-        BagError: It exists already or cannot be written, a message cannot be converted, or the package
+        BagError: It already exists or cannot be written, a message cannot be converted, or the package
             rosbags is missing (extra `ros2`).
     """
     text = os.fspath(path)

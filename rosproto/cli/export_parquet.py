@@ -70,7 +70,7 @@ def new_paths(
     """Return the output path of each topic, and create the directory (the default one or `--output`).
 
     Raises:
-        CommandError: A file exists already.
+        CommandError: A file already exists.
     """
     directory: str = arguments.output or next_to(arguments.bag)
     names = file_names(bag.topics)

@@ -106,7 +106,7 @@ def test_what_fails_leaves_nothing(
     assert "without compression" in capsys.readouterr().err
     out.mkdir()
     assert main(["bag", "convert", "--ros2", str(recording), str(out)]) != 0
-    assert "exists already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
     assert main(["bag", "convert", "--ros2", str(recording), str(tmp_path / "other")]) != 0
     assert ".[ros2]" in capsys.readouterr().err

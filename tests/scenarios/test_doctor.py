@@ -244,4 +244,4 @@ def test_the_report_is_written_once_and_does_not_tell_where(healthy, tmp_path, c
     assert document["system"]["woosh-pure"] == rosproto.__version__
     assert socket.gethostname() not in path.read_text("utf-8")
     assert main(words) == 2  # an older report is not replaced
-    assert "exists already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err

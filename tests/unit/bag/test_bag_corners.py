@@ -297,7 +297,7 @@ def test_recover_tells_how_far_it_is(tmp_path):
     told: list[int] = []
     assert recover(path, saved, progress=told.append).messages == 20_001
     assert told == list(range(100, 20_001, 100))
-    with pytest.raises(BagError, match="exists already"):
+    with pytest.raises(BagError, match="already exists"):
         recover(path, saved)
 
 

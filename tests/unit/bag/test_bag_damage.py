@@ -222,7 +222,7 @@ def test_reindex_refuses_damage_in_the_middle_and_recover_saves_the_rest(tmp_pat
     expected = encoded(what)
     assert report.messages == len(found) > 60
     assert [e for e in expected if e in found] == found
-    with pytest.raises(BagError, match="exists already"):
+    with pytest.raises(BagError, match="already exists"):
         recover(path, saved)
 
 

@@ -189,7 +189,7 @@ def test_filter_refuses_what_would_destroy_or_run_code(run: Run, bag: str, tmp_p
     """The input as output, an existing output, an unknown topic, and code."""
     assert "is what is read" in run("filter", bag, bag, "True")[1]
     (tmp_path / "there.bag").write_text("precious")
-    assert "exists already" in run("filter", bag, tmp_path / "there.bag")[1]
+    assert "already exists" in run("filter", bag, tmp_path / "there.bag")[1]
     assert "no such topic" in run("filter", bag, tmp_path / "x.bag", "--topics", "/nowhere")[1]
     code, out = run("filter", bag, tmp_path / "x.bag", "__import__('os').system('true')")
     assert code == 2
@@ -260,14 +260,14 @@ def test_reindex_can_mend_a_copy(run: Run, bag: str, tmp_path: Path) -> None:
     assert contents(tmp_path / "out" / "cut.bag") == [str(i) for i in range(100)]
     assert (tmp_path / "cut.bag").read_bytes() == data
     again = ("reindex", "--output-dir", tmp_path / "out", tmp_path / "cut.bag")
-    assert "exists already" in run(*again)[1]
+    assert "already exists" in run(*again)[1]
     assert run(*again, "-f")[0] == 0
     assert "is what is read" in run("reindex", "--output-dir", tmp_path, tmp_path / "cut.bag")[1]
     assert "cannot be copied" in run("reindex", "--output-dir", tmp_path / "no", tmp_path / "cut.bag")[1]
     (tmp_path / "out" / "dead.bag").write_text("old")
     (tmp_path / "dead.bag.active").write_bytes(data)
     assert (
-        "exists already" in run("reindex", "--output-dir", tmp_path / "out", tmp_path / "dead.bag.active")[1]
+        "already exists" in run("reindex", "--output-dir", tmp_path / "out", tmp_path / "dead.bag.active")[1]
     )
     assert run("reindex", "-f", "--output-dir", tmp_path / "out", tmp_path / "dead.bag.active")[0] == 0
     assert len(contents(tmp_path / "out" / "dead.bag")) == 100

@@ -43,7 +43,7 @@ def test_active_while_written(tmp_path: Path) -> None:
     series.close()
     assert os.listdir(tmp_path) == ["x.bag"]
     assert series.size == os.path.getsize(tmp_path / "x.bag")
-    with pytest.raises(BagError, match="exists already"):
+    with pytest.raises(BagError, match="already exists"):
         BagSeries(lambda n: str(tmp_path / "x.bag"))
     BagSeries(lambda n: str(tmp_path / "x.bag"), overwrite=True).close()
 

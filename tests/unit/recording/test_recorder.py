@@ -172,7 +172,7 @@ def test_headers_of_publishers_are_bounded(
 def test_a_file_that_is_there_is_not_replaced(nodes: tuple[Node, Node, Node], tmp_path: Path) -> None:
     """Unless asked; the error comes before anything is subscribed."""
     (tmp_path / "a.bag").write_text("precious")
-    with pytest.raises(BagError, match="exists already"):
+    with pytest.raises(BagError, match="already exists"):
         Recorder(nodes[2], tmp_path / "a.bag", ["/a"])
     assert (tmp_path / "a.bag").read_text() == "precious"
     Recorder(nodes[2], tmp_path / "a.bag", ["/a"], overwrite=True).close()
