@@ -191,7 +191,11 @@ def test_what_the_server_refuses_is_its_own_sentence(browser: Browser, served: t
 
 @pytest.mark.parametrize(
     ("takes", "text"),
-    [(True, "has confirmed this position"), (False, "The robot says that it is 3.6 m"), (None, "has not answered")],
+    [
+        (True, "has confirmed this position"),
+        (False, "The robot says that it is 3.6 m"),
+        (None, "has not answered"),
+    ],
 )
 def test_the_tick_after_a_pose_comes_from_the_robot(
     browser: Browser, served: tuple[Fake, str], takes: Any, text: str

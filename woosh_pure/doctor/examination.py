@@ -238,9 +238,7 @@ def _connect_back(node: rosproto.Node, state: rosproto.node.SystemState, timeout
         text = say(
             "we reach the chassis, but {caller} does not reach us at {uri}", caller=caller, uri=node.uri
         )
-        advice = (
-            "allow incoming connections to Python in the firewall, or give our correct address with --host"
-        )
+        advice = "allow Python through the firewall, or give our correct address with --host"
         return bad("back", text, advice)
     finally:
         publisher.close()

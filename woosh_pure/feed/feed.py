@@ -553,8 +553,8 @@ class Feeds:
         except RosTimeout as error:
             raise StaleState(
                 say(
-                    "{topic} is silent, so it could not be seen whether the robot obeys; check the chassis, or "
-                    "pass feedback_timeout=None to drive without it",
+                    "{topic} is silent, so it could not be seen whether the robot obeys; check the chassis, "
+                    "or pass feedback_timeout=None to drive without it",
                     topic=feed.topic,
                 ),
                 topic=feed.topic,

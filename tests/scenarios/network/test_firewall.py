@@ -69,5 +69,5 @@ def test_the_doctor_names_it(behind_a_firewall: Network) -> None:
     assert len(problems) == 1
     assert "we reach the chassis, but" in problems[0]
     assert "http://10.77.0.2:" in problems[0]
-    assert "allow incoming connections to Python in the firewall" in done.stdout
+    assert "allow Python through the firewall" in done.stdout
     assert "topics were heard" in done.stdout

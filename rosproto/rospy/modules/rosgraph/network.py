@@ -158,7 +158,9 @@ def read_ros_handshake_header(sock, b, buff_size):
         data = b.getvalue()[: b.tell()]
         size = int.from_bytes(data[:4], "little")
         if len(data) >= 4 and size > MAX_HEADER_BYTES:
-            raise ROSHandshakeException("%s bytes cannot be the length of a header; the stream is out of sync" % size)
+            raise ROSHandshakeException(
+                "%s bytes cannot be the length of a header; the stream is out of sync" % size
+            )
         if len(data) >= 4 and len(data) - 4 >= size:
             break
         received = sock.recv(buff_size)
