@@ -558,7 +558,7 @@ def test_a_stop_of_anybody_ends_the_drive_and_nothing_resumes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     # A beat that a busy computer delays does not end the drive before the stop.
-    monkeypatch.setattr(deadman, "SILENCE", 60.0)
+    monkeypatch.setattr(deadman, "SILENCE_SECONDS", 60.0)
     page.ready()
     page.drive()
     assert web.post("stop").json["stands_still"] is True
