@@ -94,7 +94,7 @@ def test_text_pictures_and_fragments(make: Any) -> None:
     message = make()
     text = publish_text("/t", to_json(message))
     protocol = Protocol(GatewayLimits())
-    first, second = protocol.cut(text, 50), protocol.cut(png.publish_png(text), 60)
+    first, second = protocol.split(text, 50), protocol.split(png.publish_png(text), 60)
     assert min(len(first), len(second)) > 2
     seen = read_by_roslib((text,), (png.publish_png(text),), first, second, first[::-1])
     assert seen == [{"op": "publish", "topic": "/t", "msg": to_values(message)}] * 5
