@@ -435,7 +435,7 @@ class ActionServer:
                 self._publish_status()
             except RosError:
                 if self._status_out.closed:
-                    # `Node.registering` has closed it and said why: the program was interrupted, or the
+                    # `Node.batch` has closed it and said why: the program was interrupted, or the
                     # master refused it. A server that nobody can follow takes no goals.
                     _log.debug("= %s: closed with its status topic", self.name)
                     self.close()

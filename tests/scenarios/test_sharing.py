@@ -76,7 +76,7 @@ def test_the_second_of_two_programs_is_refused_until_the_first_has_left_its_bloc
     with program(DRIVER, sim.master_uri) as first:
         first.expect("driving")
         block = chassis.velocity(bypasses_protection=True)
-        with pytest.raises(MotionRefused, match=r"first_driver.*can send velocities.*share=True"):
+        with pytest.raises(MotionRefused, match=r"first_driver.*can also send velocities.*share=True"):
             block.__enter__()
         with pytest.raises(MotionRefused):
             block.set(0.1)
