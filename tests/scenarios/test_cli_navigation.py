@@ -134,6 +134,14 @@ def test_say(woosh, document):
     assert document("say", "mind", "your", "feet") == (0, {"said": "mind your feet"})
 
 
+def test_marks_of_the_simulated_hall_say_which_is_a_charger(capsys: pytest.CaptureFixture[str]) -> None:
+    """As `woosh --sim web` shows them; the user's own list is not read."""
+    assert main(["--sim", "marks", "list", "--json"]) == 0
+    marks = {mark["name"]: mark["charger"] for mark in json.loads(capsys.readouterr().out)}
+    assert marks["C1"] is True
+    assert marks["A1"] is False
+
+
 def test_marks_are_kept_and_used(sim, woosh, document, private_config):
     assert "no marks" in woosh("marks", "list")[1]
     assert woosh("marks", "add", "A1", "--here", "--note", "shelf")[0] == 0

@@ -294,7 +294,7 @@ class GoalManager:
         except Exception as error:
             text = problem_of(error).text
             if isinstance(error, MotionRefused):
-                reasons, said = tuple(reasons_part(error.reasons)), said_part(error.said)
+                reasons, said = tuple(reasons_part(error.reasons)), said_part(error.robot_text)
                 self._journal.end(entry, "refused", text, reasons=reasons, said=said)
             else:
                 self._journal.end(entry, "failed", text)
