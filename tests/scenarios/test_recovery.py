@@ -64,7 +64,7 @@ def test_ten_faults_in_a_row(
 ) -> None:
     """FIN and RST: each time connected again within a second, with a new connection, and counted."""
     monkeypatch.setattr(
-        publisher_link_state, "STEADY", 0.0
+        publisher_link_state, "STEADY_SECONDS", 0.0
     )  # or links that last only moments wait longer and longer
     a, b, proxy = pair
     publisher, subscriber = a.publisher("/t", STRING), b.subscriber("/t", STRING)

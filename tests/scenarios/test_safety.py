@@ -517,7 +517,7 @@ def test_a_chassis_that_dies_is_an_error_within_seconds(until, monkeypatch, what
                 chassis.measured_velocity.wait_for(lambda v: not v.is_standing(), 10.0)
                 robot.kill()
                 if what == "velocity":
-                    with pytest.raises(ConnectionLost, match="nothing resumes"):
+                    with pytest.raises(ConnectionLost, match="does not resume by itself"):
                         drive.hold(0.1, seconds=20.0)
                 else:
                     assert handle.wait(20.0, raises=False).kind is OutcomeKind.CONNECTION_LOST

@@ -514,9 +514,9 @@ class Feeds:
 
     @property
     def opened(self) -> set[str]:
-        """Names of the feeds used so far."""
+        """Names of the feeds that are subscribed, or were."""
         with self._lock:
-            return set(self._feeds)
+            return {name for name, feed in self._feeds.items() if feed.opened}
 
     def close(self) -> None:
         """End their subscriptions; may be called again."""
