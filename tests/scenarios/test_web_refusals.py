@@ -130,7 +130,7 @@ def test_common_mistakes_are_answered_with_what_to_do(web: Served) -> None:
     ):
         other = web.ask(method, path)
         assert (other.status, other.headers["allow"]) == (405, takes)
-        assert f"takes {takes}, not {method}" in other.problem
+        assert f"accepts {takes}, not {method}" in other.problem
     assert "see /docs/ for the API" in web.get("statu").problem
     goal = b'{"kind": "mark", "mark": "A1"}'
     form = web.post("goals", goal, headers={"content-type": "application/x-www-form-urlencoded"})
