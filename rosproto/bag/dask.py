@@ -42,7 +42,8 @@ def read_bags(
     dataframe = cluster_module("dask.dataframe", "dask[dataframe]")
     pieces = partitions(files, topic, size=size, fields=fields, damaged=damaged, limits=limits)
     empty = pieces[0].schema().empty_table()
-    return dataframe.from_map(_frame, pieces, meta=_pandas(empty))
+    table: DataFrame = dataframe.from_map(_frame, pieces, meta=_pandas(empty))
+    return table
 
 
 def _frame(piece: Partition) -> Frame:

@@ -44,7 +44,8 @@ def read_bags(
     data = cluster_module("ray.data", "ray[data]")
     pieces = partitions(files, topic, size=size, fields=fields, damaged=damaged, limits=limits)
     options.setdefault("override_num_blocks", len(pieces))
-    return data.read_datasource(_source(pieces), **options)
+    dataset: Dataset = data.read_datasource(_source(pieces), **options)
+    return dataset
 
 
 def _reader(piece: Partition) -> Callable[[], list[Table]]:

@@ -34,7 +34,7 @@ class _EarlyMessages:
     def __init__(self) -> None:
         self._until = time.monotonic() + EARLY_SECONDS
         self._lock = threading.Lock()
-        self._sent: deque[tuple[bytes, frozenset[str]]] = deque(maxlen=EARLY_MESSAGES)
+        self._sent: deque[tuple[bytes, set[str]]] = deque(maxlen=EARLY_MESSAGES)
         self._bytes = 0
         self.publisher: Publisher | None = None
 
@@ -49,7 +49,10 @@ class _EarlyMessages:
             self._bytes += len(data)
             if self._bytes > EARLY_BYTES:
                 return False
-            self._sent.append((data, frozenset(publisher.subscribers)))
+            present = set(publisher.subscribers)
+            for caller_id in present:  # one may have connected, and `connected` is not called yet
+                self._catch_up(publisher, caller_id)
+            self._sent.append((data, present))
             publisher.publish(data)
         return True
 
@@ -59,9 +62,13 @@ class _EarlyMessages:
         if publisher is None or time.monotonic() > self._until:
             return
         with self._lock:
-            missed = [data for data, present in self._sent if caller_id not in present]
-            for data in missed:
-                publisher.publish_to(caller_id, data)
+            self._catch_up(publisher, caller_id)
+
+    def _catch_up(self, publisher: Publisher, caller_id: str) -> None:
+        """Send a subscriber what it has missed, in order. Called with the lock held."""
+        for data, received in self._sent:
+            if caller_id not in received and publisher.publish_to(caller_id, data):
+                received.add(caller_id)
 
 
 class ClientPublication:

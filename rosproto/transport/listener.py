@@ -43,8 +43,6 @@ class Listener(socket.socket):
         self, host: str, port: int, slots: ConnectionSlots, refused: Counter[str] | None = None
     ) -> None:
         bound = listen(host.strip("[]") or "0.0.0.0", port, only_ipv6=True)
-        # asyncio sets TCP_NODELAY only if the listening socket names its protocol: a short message would wait
-        # for the client's acknowledgement of the one before, up to 40 ms.
         super().__init__(bound.family, socket.SOCK_STREAM, socket.IPPROTO_TCP, bound.detach())
         self.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, READ_BUFFER)  # accepted sockets inherit it
         self._slots = slots
@@ -61,6 +59,7 @@ class Listener(socket.socket):
             accepted, address = super().accept()
             connection = _Accepted(accepted.family, accepted.type, accepted.proto, fileno=accepted.detach())
             connection.listener, connection.key = self, key_of(address)
+            connection.send_at_once()
             others = len(self._open) - len(self._slots)  # clients, and those that were replaced just now
             limit = max_connections(connection.fileno(), self._open) - others
             self._open.add(connection.fileno())
@@ -85,6 +84,13 @@ class _Accepted(socket.socket):
 
     listener: Listener
     key: Key
+
+    def send_at_once(self) -> None:
+        """Let no short message wait for the client's acknowledgement of the one before, up to 40 ms."""
+        try:
+            self.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        except OSError:
+            pass  # the client has closed it already
 
     def end(self) -> None:
         """Shut the connection down and drop what it has not read; its reader then closes it."""

@@ -438,6 +438,6 @@ def test_shell_is_python_with_a_chassis(slow):
     with Terminal("shell", "--master", slow.master_uri) as terminal:
         terminal.wait_for(">>>")
         terminal.send("chassis.battery.wait().percent\n")
-        terminal.wait_for("87")
+        terminal.wait_for(lambda text: re.search(r"^87\s+>>>", text, re.M))  # it reads again
         terminal.send("\x04")
         assert terminal.exit_code() == 0

@@ -14,7 +14,7 @@ import pytest
 
 from rosproto.codec import AnyMsg, ValueStyle, decode, define, encode, encode_parts, message_class
 from rosproto.codec.binding import Binding
-from rosproto.codec.encode_decode import prepare
+from rosproto.codec.encode_decode import decoder, encoder, prepare
 from rosproto.codec.layout import FORMATS, RANGES_BY_CODE
 from rosproto.errors import CodecError, DefinitionError
 from rosproto.time import Duration, Time
@@ -23,6 +23,15 @@ Twist = message_class("geometry_msgs/Twist")
 Vector3 = message_class("geometry_msgs/Vector3")
 Odometry = message_class("nav_msgs/Odometry")
 Header = message_class("std_msgs/Header")
+
+
+def test_the_functions_behind_encode_and_decode_do_the_same() -> None:
+    """For frequent calls; also before the class was used, and for bytes of any type."""
+    kind = define("test_msgs/Own", "int32 number\nstring text\n")
+    data = encoder(kind)(kind(number=7, text="a"))
+    assert data == encode(kind(number=7, text="a"))
+    assert decoder(kind)(b"-" + data, 1, 1 + len(data)) == kind(number=7, text="a")
+    assert encoder(AnyMsg)(decode(AnyMsg, data)) == data
 
 
 def test_construction_is_positional_or_by_keyword() -> None:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+import rosproto.tf  # noqa: F401 (`in_base` needs it, and nothing is imported once the robot is driven)
 from woosh_pure.geometry import Pose2D
 from woosh_pure.readings import in_base, known_path
 from woosh_pure.reasons import ReasonKey
