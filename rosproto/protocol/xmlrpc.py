@@ -20,6 +20,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from rosproto.errors import LocalProtocolError, RemoteProtocolError, RosError
+from rosproto.protocol.framing import BytesLike
 from rosproto.protocol.wire_limits import Limits
 
 if TYPE_CHECKING:
@@ -90,9 +91,7 @@ def encode_fault(code: int, text: str) -> bytes:
     return "".join(out).encode()
 
 
-def decode_call(
-    body: bytes | bytearray | memoryview, limits: Limits = _DEFAULT_LIMITS
-) -> tuple[str, list[object]]:
+def decode_call(body: BytesLike, limits: Limits = _DEFAULT_LIMITS) -> tuple[str, list[object]]:
     """Method name and arguments of a `<methodCall>` document.
 
     Raises:
@@ -107,7 +106,7 @@ def decode_call(
     return document.method, document.values
 
 
-def decode_response(body: bytes | bytearray | memoryview, limits: Limits = _DEFAULT_LIMITS) -> object:
+def decode_response(body: BytesLike, limits: Limits = _DEFAULT_LIMITS) -> object:
     """The value of a `<methodResponse>` document; None if the peer omitted it (roscpp does).
 
     Raises:
@@ -125,7 +124,7 @@ def decode_response(body: bytes | bytearray | memoryview, limits: Limits = _DEFA
     return document.values[0] if document.values else None
 
 
-def _read(body: bytes | bytearray | memoryview, limits: Limits) -> Document:
+def _read(body: BytesLike, limits: Limits) -> Document:
     from rosproto.protocol.xmlrpc_reader import read_document  # late: expat costs import time
 
     return read_document(bytes(body), limits)

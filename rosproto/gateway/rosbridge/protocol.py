@@ -38,6 +38,7 @@ from rosproto.gateway.rosbridge.operations import (
 )
 from rosproto.gateway.rosbridge.png import MAX_PICTURE_BYTES, PngError, unpack
 from rosproto.json_values import JsonValue
+from rosproto.protocol.framing import BytesLike
 from rosproto.text import printable
 
 TOO_BIG = 1009
@@ -81,9 +82,7 @@ class Protocol:
 
     # -- in
 
-    def receive(
-        self, data: str | bytes | bytearray | memoryview, now: float = 0.0, *, at_once: bool = False
-    ) -> list[Request]:
+    def receive(self, data: str | BytesLike, now: float = 0.0, *, at_once: bool = False) -> list[Request]:
         """Return the requests of one WebSocket message, in order.
 
         Args:
