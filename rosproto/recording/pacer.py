@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable
 
 from rosproto.codec import message_class
-from rosproto.deprecation import former_parameters
 from rosproto.node import Node
 from rosproto.time import Time
 
@@ -77,7 +76,6 @@ class RateControl:
         topic: Its name.
     """
 
-    @former_parameters(most_delay="max_delay")
     def __init__(self, node: Node, topic: str, max_delay: float, position: Callable[[], int]) -> None:
         if not max_delay >= 0:
             raise ValueError(f"rate_control_delay {max_delay}: seconds, 0 or more")
