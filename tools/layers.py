@@ -4,6 +4,7 @@ from __future__ import annotations
 
 LAYERS = [
     "rosproto.deprecation",
+    "rosproto.extras",
     "rosproto.text",
     "rosproto.json_values",
     "rosproto.json_fields",

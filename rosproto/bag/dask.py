@@ -10,7 +10,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from rosproto.bag.bag_file import BagLimits
-from rosproto.bag.partitioning import PARTITION_BYTES, Damaged, Files, Partition, cluster_module, partitions
+from rosproto.bag.partitioning import PARTITION_BYTES, Damaged, Files, Partition, partitions
+from rosproto.errors import BagError
+from rosproto.extras import optional_module
 
 if TYPE_CHECKING:
     from dask.dataframe import DataFrame
@@ -39,7 +41,8 @@ def read_bags(
     Raises:
         BagError: See `rosproto.bag.partitions`; or Dask is missing.
     """
-    dataframe = cluster_module("dask.dataframe", "dask[dataframe]")
+    missing = BagError('this needs dask.dataframe: pip install "dask[dataframe]"')
+    dataframe = optional_module("dask.dataframe", missing)
     pieces = partitions(files, topic, size=size, fields=fields, damaged=damaged, limits=limits)
     empty = pieces[0].schema().empty_table()
     table: DataFrame = dataframe.from_map(_frame, pieces, meta=_pandas(empty))

@@ -7,12 +7,10 @@ reads only them. Every message is in exactly one piece.
 from __future__ import annotations
 
 import glob
-import importlib
 import logging
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from types import ModuleType
 from typing import TYPE_CHECKING, Literal
 
 from rosproto.bag.bag_file import BagLimits
@@ -144,18 +142,6 @@ def partitions(
         missing = ", ".join(sorted(wanted - seen))
         raise BagError(f"no messages on {missing}; there are {', '.join(sorted(seen)) or 'none at all'}")
     return found
-
-
-def cluster_module(name: str, package: str) -> ModuleType:
-    """Import a module of Ray or Dask.
-
-    Raises:
-        BagError: It is missing; the error text names the package to install.
-    """
-    try:
-        return importlib.import_module(name)
-    except ImportError as problem:
-        raise BagError(f'this needs {name}: pip install "{package}"') from problem
 
 
 def _pieces(

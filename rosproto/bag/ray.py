@@ -11,7 +11,9 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.bag.bag_file import BagLimits
-from rosproto.bag.partitioning import PARTITION_BYTES, Damaged, Files, Partition, cluster_module, partitions
+from rosproto.bag.partitioning import PARTITION_BYTES, Damaged, Files, Partition, partitions
+from rosproto.errors import BagError
+from rosproto.extras import optional_module
 
 if TYPE_CHECKING:
     from pyarrow import Table
@@ -41,7 +43,7 @@ def read_bags(
     Raises:
         BagError: See `rosproto.bag.partitions`; or Ray is missing.
     """
-    data = cluster_module("ray.data", "ray[data]")
+    data = optional_module("ray.data", BagError('this needs ray.data: pip install "ray[data]"'))
     pieces = partitions(files, topic, size=size, fields=fields, damaged=damaged, limits=limits)
     options.setdefault("override_num_blocks", len(pieces))
     dataset: Dataset = data.read_datasource(_source(pieces), **options)

@@ -11,6 +11,7 @@ import os
 from typing import TYPE_CHECKING, BinaryIO, cast
 
 from rosproto.errors import BagError
+from rosproto.extras import optional_module
 
 if TYPE_CHECKING:
     from fsspec import AbstractFileSystem
@@ -73,12 +74,8 @@ def remote_files(url: str) -> list[str]:
 
 
 def _filesystem(url: str) -> tuple[AbstractFileSystem, str]:
-    try:
-        import fsspec
-    except ImportError as problem:
-        raise BagError(
-            'bags behind a URL need the package fsspec: pip install ".[remote]"', path=url
-        ) from problem
+    missing = BagError('bags behind a URL need the package fsspec: pip install ".[remote]"', path=url)
+    fsspec = optional_module("fsspec", missing)
     try:
         filesystem, path = fsspec.core.url_to_fs(url)
     except (ValueError, ImportError) as problem:

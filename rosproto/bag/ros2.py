@@ -7,7 +7,6 @@ ROS 2 has changed, such as `visualization_msgs/Marker`, keep their ROS 1 definit
 
 from __future__ import annotations
 
-import importlib
 import os
 import re
 import shutil
@@ -20,6 +19,7 @@ from rosproto.bag.records import NS
 from rosproto.codec import Message
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.errors import BagError
+from rosproto.extras import optional_module
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection as Ros2Connection
@@ -176,7 +176,5 @@ def _constants(layout: Layout) -> list[str]:
 
 
 def _library(module: str) -> ModuleType:
-    try:
-        return importlib.import_module(f"rosbags.{module}")
-    except ImportError as problem:
-        raise BagError('bags for ROS 2 need the package rosbags: pip install ".[ros2]"') from problem
+    missing = BagError('bags for ROS 2 need the package rosbags: pip install ".[ros2]"')
+    return optional_module(f"rosbags.{module}", missing)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import importlib
 import os
 import re
 from collections.abc import Iterable
@@ -18,6 +17,7 @@ from rosproto.cli.bag_files import check_new, named, next_to, whole
 from rosproto.cli.bag_progress import Progress
 from rosproto.cli.console import counted
 from rosproto.cli.exit_codes import CommandError
+from rosproto.extras import optional_module
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -196,7 +196,5 @@ def need(module: str, package: str, extra: str) -> ModuleType:
     Raises:
         CommandError: It is not installed; the text names the extra.
     """
-    try:
-        return importlib.import_module(module)
-    except ImportError as problem:
-        raise CommandError(f'this needs the package {package}: pip install ".[{extra}]"') from problem
+    missing = CommandError(f'this needs the package {package}: pip install ".[{extra}]"')
+    return optional_module(module, missing)

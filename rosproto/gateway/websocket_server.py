@@ -18,7 +18,6 @@ from collections.abc import Callable
 from concurrent.futures import Future, wait
 from contextlib import suppress
 from http import HTTPStatus
-from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +25,7 @@ from rosproto.admission import AdmissionRefusal
 from rosproto.aio.pool import Pool, notify
 from rosproto.aio.read_budget import BudgetedProtocol, ReadBudget
 from rosproto.errors import LocalProtocolError, RosTimeout
+from rosproto.extras import optional_module
 from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.handshake import HandshakeRules
@@ -57,12 +57,8 @@ def need_websockets(name: str) -> ModuleType:
         LocalProtocolError: It is not installed or too old; the text names the extra.
     """
     extra = "foxglove" if name == "foxglove" else "bridge"
-    try:
-        return import_module("websockets.asyncio.server")
-    except ImportError as problem:
-        raise LocalProtocolError(
-            f'a {name} server needs the package websockets (14 or newer): pip install ".[{extra}]"'
-        ) from problem
+    missing = f'a {name} server needs the package websockets (14 or newer): pip install ".[{extra}]"'
+    return optional_module("websockets.asyncio.server", LocalProtocolError(missing))
 
 
 class WebSocketServer:

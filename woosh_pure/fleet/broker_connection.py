@@ -38,6 +38,7 @@ from collections.abc import Callable
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from rosproto.extras import optional_module
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import Backoff
@@ -70,11 +71,8 @@ def paho() -> ModuleType:
     Raises:
         ImportError: It is not installed; the text names the extra.
     """
-    try:
-        import paho.mqtt.client as client
-    except ImportError as error:
-        raise ImportError('VDA 5050 needs paho-mqtt 2: pip install ".[fleet]"', name="paho") from error
-    return client
+    missing = ImportError('VDA 5050 needs paho-mqtt 2: pip install ".[fleet]"', name="paho")
+    return optional_module("paho.mqtt.client", missing)
 
 
 class BrokerConnection:

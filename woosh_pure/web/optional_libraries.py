@@ -4,9 +4,9 @@ extra.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any
 
+from rosproto.extras import optional_module
 from rosproto.sentence import say
 
 
@@ -30,10 +30,6 @@ def pillow() -> Any:
 
 
 def _load(module: str) -> Any:
-    try:
-        return import_module(module)
-    except ImportError as error:
-        name = module.partition(".")[0]
-        raise ImportError(
-            say('the page and the REST API need {name}: pip install ".[web]"', name=name), name=name
-        ) from error
+    name = module.partition(".")[0]
+    missing = say('the page and the REST API need {name}: pip install ".[web]"', name=name)
+    return optional_module(module, ImportError(missing, name=name))

@@ -18,6 +18,7 @@ from rosproto.bag.records import Connection
 from rosproto.codec import Message
 from rosproto.codec.layout import DTYPES, FieldLayout, Layout
 from rosproto.errors import BagError, DefinitionError
+from rosproto.extras import optional_module
 
 if TYPE_CHECKING:
     from pyarrow import DataType, Schema
@@ -174,12 +175,7 @@ def pyarrow() -> ModuleType:
     Raises:
         BagError: It is not installed; names the extra.
     """
-    try:
-        import pyarrow as module
-    except ImportError as problem:
-        raise BagError('tables need the package pyarrow: pip install ".[arrow]"') from problem
-    found: ModuleType = module
-    return found
+    return optional_module("pyarrow", BagError('tables need the package pyarrow: pip install ".[arrow]"'))
 
 
 # -- units, from the comments of a definition ---------------------------------------------------------------

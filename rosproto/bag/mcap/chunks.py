@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import struct
 from collections.abc import Callable, Collection, Sequence
@@ -15,6 +14,7 @@ from rosproto.bag.compression import decompress
 from rosproto.bag.message_offsets import MessageLocation, MessageTable
 from rosproto.bag.records import NS, ChunkInfo
 from rosproto.errors import BagError
+from rosproto.extras import optional_module
 
 if TYPE_CHECKING:
     from mcap.records import Chunk, McapRecord
@@ -29,10 +29,8 @@ def library(module: str) -> ModuleType:
     Raises:
         BagError: It is not installed; names the extra.
     """
-    try:
-        return importlib.import_module(f"mcap.{module}")
-    except ImportError as problem:
-        raise BagError('MCAP needs the package mcap: pip install ".[mcap]"') from problem
+    missing = BagError('MCAP needs the package mcap: pip install ".[mcap]"')
+    return optional_module(f"mcap.{module}", missing)
 
 
 def misfits() -> tuple[type[Exception], ...]:
@@ -193,10 +191,9 @@ def _unpacked(compression: str, data: bytes, size: int) -> bytes:
     if compression == "lz4":
         return decompress("lz4", data, size)
     if compression == "zstd":
-        try:
-            import zstandard
-        except ImportError as problem:  # the package mcap requires it
-            raise BagError("zstd chunks need the package zstandard: pip install zstandard") from problem
+        # The package mcap requires it.
+        missing = BagError("zstd chunks need the package zstandard: pip install zstandard")
+        zstandard = optional_module("zstandard", missing)
         try:
             with zstandard.ZstdDecompressor().stream_reader(data) as stream:
                 plain: bytes = stream.read(size + 1)

@@ -8,7 +8,6 @@ the others as lists.
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from io import BytesIO
 from types import ModuleType
 from typing import Any
@@ -18,6 +17,7 @@ from rosproto.codec import decode, encode
 from rosproto.codec.layout import DTYPES, FieldLayout
 from rosproto.codec.message import Message
 from rosproto.errors import RosError
+from rosproto.extras import optional_module
 from rosproto.gateway.chunks import ChunkedMessage, framed
 from rosproto.gateway.json_writer import Writer
 from rosproto.time import TVal
@@ -99,12 +99,8 @@ def _encodable(value: object) -> object:
 
 
 def _library() -> ModuleType:
-    try:
-        return import_module("cbor2")
-    except ImportError as error:
-        raise MissingLibrary(
-            'compression cbor and cbor-raw need the package cbor2: pip install ".[bridge]"'
-        ) from error
+    missing = 'compression cbor and cbor-raw need the package cbor2: pip install ".[bridge]"'
+    return optional_module("cbor2", MissingLibrary(missing))
 
 
 class CborWriter(Writer[dict[str, object]]):
