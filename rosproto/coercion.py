@@ -33,9 +33,9 @@ def as_float(value: SupportsFloat | None) -> float | None:
     if value is None or type(value) is float:
         return value
     if isinstance(value, (str, bytes, bytearray)):
-        raise TypeError(f"{value!r} is a text; expected a number")
+        raise TypeError(f"{value!r} is a string; expected a number")
     if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
-        raise TypeError(f"{value!r} is a truth value; expected a number")
+        raise TypeError(f"{value!r} is a boolean; expected a number")
     try:
         return float(value)
     except OverflowError:

@@ -42,7 +42,7 @@ def former_parameters(**now: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
             for name in kwargs.keys() & now.keys():
                 warnings.warn(f"{name}= is now {now[name]}=", DeprecationWarning, stacklevel=2)
                 if now[name] in kwargs:
-                    raise TypeError(f"{name}= and {now[name]}= are the same; give the latter")
+                    raise TypeError(f"{name}= and {now[name]}= mean the same; give only the latter")
                 kwargs[now[name]] = kwargs.pop(name)
             return function(*args, **kwargs)
 

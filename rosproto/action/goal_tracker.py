@@ -360,7 +360,7 @@ class GoalTracker:
         try:
             self._send_cancel(goal_id)
         except (ConnectionLost, LocalProtocolError) as error:
-            _log.warning("! %s: not cancelled, tried again with the next status: %s", self.name, error)
+            _log.warning("! %s: cancel not sent, trying again with the next status: %s", self.name, error)
 
     def _report(self, goal: SentGoal, path: tuple[CommState, ...]) -> None:
         """Have the callbacks called for the states passed; the end wakes waiters after the last of them."""

@@ -403,7 +403,9 @@ class ActionServer:
     def _publish_feedback(self, goal: ServerGoal, feedback: Part) -> None:
         with self._lock:
             if goal._ended:
-                raise LocalProtocolError(f"goal {goal.id} is {goal.status.name}: no feedback after the end")
+                raise LocalProtocolError(
+                    f"goal {goal.id} is {goal.status.name}: no feedback can follow the end"
+                )
             part = part_from(feedback, self.type.feedback, f"feedback of {self.name}")
             message = self.type.action_feedback(status=self._status_of(goal._record), feedback=part)
             message.header.stamp = self._node.clock.now()

@@ -151,7 +151,7 @@ class BagFile:
             try:
                 if stat.S_ISFIFO(os.stat(file).st_mode):  # open() would wait for a writer
                     raise BagError(
-                        "this is a pipe; a bag is read by position: save it as a file", path=self.path
+                        "this is a pipe, and a bag needs random access; save it as a file", path=self.path
                     )
                 # Unbuffered: chunks are read whole, a buffer would only copy them once more.
                 self._file = open(file, "rb", buffering=0)  # noqa: SIM115
@@ -170,7 +170,7 @@ class BagFile:
                 raise BagError('the file is opened as text; open it with "rb"', path=self.path)
         except (OSError, ValueError) as problem:
             raise BagError(
-                "a bag is read by position, but this file cannot seek or cannot be read", path=self.path
+                "a bag needs random access, but this file cannot seek or cannot be read", path=self.path
             ) from problem
 
         asked = self.limits

@@ -159,14 +159,14 @@ def _read_index_section(source: BagFile, header: FileHeader, first: int) -> BagI
 def _index_record(section: bytes, at: int, found: BagIndex) -> int:
     """Add one record of the index section to `found`; return the offset of the next one."""
     if at + 8 > len(section):
-        raise BagError("the index section is cut off")
+        raise BagError("the index section is truncated")
     header_end: int = at + 4 + _U32.unpack_from(section, at)[0]
     if header_end + 4 > len(section):
-        raise BagError("the index section is cut off")
+        raise BagError("the index section is truncated")
     fields = decode_fields(section, at + 4, header_end)
     end: int = header_end + 4 + _U32.unpack_from(section, header_end)[0]
     if end > len(section):
-        raise BagError("the index section is cut off")
+        raise BagError("the index section is truncated")
     op = op_of(fields)
     if op == OP_CONNECTION:
         connection = connection_from_fields(fields, decode_text_fields(section, header_end + 4, end))

@@ -135,8 +135,8 @@ def walk(
         while at < end:
             if len(places) + others >= limit:
                 raise BagError(
-                    f"more than {limit} records in a compressed chunk; it is damaged or made to keep its "
-                    "readers busy, or raise BagLimits.records",
+                    f"more than {limit} records in a compressed chunk; it is damaged or crafted to keep "
+                    "readers busy; otherwise raise BagLimits.records",
                     offset=at - base,
                 )
             for layout, first, second in _ORDERS if at + MESSAGE_HEAD <= end else ():
@@ -145,7 +145,7 @@ def walk(
                     start = at + MESSAGE_HEAD
                     after = start + size
                     if after > end:
-                        raise BagError(f"a message of {size} bytes is cut off", offset=at - base)
+                        raise BagError(f"a message of {size} bytes is truncated", offset=at - base)
                     places.append((conn, secs, nsecs, start, after))
                     break
             else:

@@ -111,7 +111,7 @@ def partitions(
         ValueError: `size` or `damaged` is out of range.
     """
     if size < 1:
-        raise ValueError(f"size {size}: at least 1 byte")
+        raise ValueError(f"size {size}: must be at least 1 byte")
     if damaged not in ("raise", "skip"):
         raise ValueError(f'damaged={damaged!r}: "raise" or "skip"')
     chosen = None if fields is None else tuple(fields)

@@ -69,7 +69,7 @@ def remote_files(url: str) -> list[str]:
         else:
             return [url]
     except Exception as problem:
-        raise BagError(f"the place cannot be listed: {_why(problem)}", path=url) from problem
+        raise BagError(f"the folder cannot be listed: {_why(problem)}", path=url) from problem
     return sorted(filesystem.unstrip_protocol(name) for name in found)
 
 
@@ -79,7 +79,7 @@ def _filesystem(url: str) -> tuple[AbstractFileSystem, str]:
     try:
         filesystem, path = fsspec.core.url_to_fs(url)
     except (ValueError, ImportError) as problem:
-        raise BagError(f"fsspec does not reach it: {problem}", path=url) from problem
+        raise BagError(f"fsspec cannot reach it: {problem}", path=url) from problem
     return filesystem, path
 
 

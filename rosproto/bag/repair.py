@@ -56,7 +56,7 @@ def reindex(path: File, *, scanning: Scanning | None = None) -> Report:
             there is no room for the index.
     """
     if isinstance(path, str) and is_remote(path):
-        raise BagError("a URL cannot be written; rosproto.bag.recover makes a new bag of it", path=path)
+        raise BagError("a URL cannot be written to; rosproto.bag.recover makes a new bag from it", path=path)
     source = BagFile(path, scanning=scanning)
     try:
         found = open_index(source)

@@ -80,7 +80,7 @@ def _write(bag: BagReader, writer: Writer, store: _Store, step: Callable[[], Non
             data = store.types.ros1_to_cdr(raw.data, name)
         except Exception as problem:  # any error of the generated code
             raise BagError(
-                f"{topic}: a message of {raw.type} does not have the form of its definition: "
+                f"{topic}: a message of {raw.type} does not match its definition: "
                 f"{problem or type(problem).__name__}",
                 path=bag.path,
                 offset=raw.position[0],
@@ -131,7 +131,9 @@ class _Store:
         text = "".join([_line(field) for field in layout.fields] + _constants(layout))
         if name in self._known:
             if self._known[name] != text:
-                raise BagError(f"the bag has two definitions of {layout.spec.name}, a bag of ROS 2 has one")
+                raise BagError(
+                    f"the bag has two definitions of {layout.spec.name}; a bag of ROS 2 has only one"
+                )
             return name
         self._known[name] = text
         try:
@@ -139,7 +141,7 @@ class _Store:
             self.types.register({name: found[name]})
         except Exception as problem:  # any error of its parser
             raise BagError(
-                f"rosbags does not take the definition of {layout.spec.name}: {problem}"
+                f"rosbags does not accept the definition of {layout.spec.name}: {problem}"
             ) from problem
         return name
 

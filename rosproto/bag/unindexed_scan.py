@@ -126,7 +126,7 @@ class _Scan:
         if head.data_size == 0 and self._is_empty(after):
             return after
         if head.data_size == 0 or after > self._source.size:
-            self._found.damage.append(f"the chunk at byte {at} is cut off; what is whole in it is kept")
+            self._found.damage.append(f"the chunk at byte {at} is truncated; its complete records are kept")
             self._open_chunk(ChunkInfo(at, 0, 0, indexed=False, partial=True))
             return self._source.size
         info = ChunkInfo(at, 0, 0)

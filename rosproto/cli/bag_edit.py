@@ -170,7 +170,7 @@ def convert(arguments: argparse.Namespace) -> None:
     if arguments.ros2 and arguments.compression != "none":
         raise CommandError("--ros2 writes without compression: omit -j and --lz4")
     if not arguments.ros2 and not arguments.output.lower().endswith((".mcap", ".bag")):
-        raise CommandError(f"{arguments.output}: the name must end in .mcap or .bag, which tells the form")
+        raise CommandError(f"{arguments.output}: the name must end in .mcap or .bag for the format")
     check_new([arguments.output], arguments.bag)
     quiet = arguments.quiet
     with opened(arguments.bag, arguments, quiet=quiet) as bag:

@@ -57,7 +57,7 @@ def add_export_arguments(parser: argparse.ArgumentParser) -> None:
 def export(arguments: argparse.Namespace) -> None:
     """Export the selected messages, and print each file's name."""
     if (arguments.form is None) == (arguments.format is None):
-        raise CommandError(f"name one form: {', '.join(sorted(FORMS))}, as BAG csv or --format csv")
+        raise CommandError(f"name one format: {', '.join(sorted(FORMS))}, as BAG csv or --format csv")
     form = arguments.form or arguments.format
     with opened(arguments.bag, arguments, quiet=arguments.quiet) as bag:
         topics = wanted_topics(bag, arguments)

@@ -92,7 +92,7 @@ def check_new(outputs: Iterable[str], *inputs: str) -> None:
     """
     for output in outputs:
         if any(os.path.realpath(output) == os.path.realpath(path) for path in inputs):
-            raise CommandError(f"{output} is what is read; choose another name")
+            raise CommandError(f"{output} is the input; choose another name")
         if os.path.exists(output) and not (os.path.isdir(output) and not os.listdir(output)):
             raise CommandError(f"{output} already exists; choose another name")
 

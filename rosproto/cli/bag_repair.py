@@ -55,7 +55,7 @@ def _copied(path: str, folder: str, force: bool, quiet: bool) -> str:
     """Copy a bag for repair and return the path."""
     output = os.path.join(folder, os.path.basename(path))
     if os.path.realpath(output) == os.path.realpath(path):
-        raise CommandError(f"{output} is what is read; choose another directory")
+        raise CommandError(f"{output} is the input; choose another directory")
     if not force and any(os.path.exists(name) for name in (output, output.removesuffix(".active"))):
         raise CommandError(f"{output} already exists; remove it, or use --force")
     try:

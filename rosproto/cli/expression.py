@@ -144,7 +144,7 @@ class _Checked(ast.NodeTransformer):
         """Make a list, which is false when it is empty."""
         for loop in node.generators:
             if not isinstance(loop.target, ast.Name) or loop.target.id in FUNCTIONS:
-                raise self._wrong(loop.target, "a loop takes one name")
+                raise self._wrong(loop.target, "a loop must have exactly one variable")
             self.loops.add(loop.target.id)
         loops = [self.visit(loop) for loop in node.generators]
         return ast.ListComp(_called(".element", self.visit(node.elt)), loops)

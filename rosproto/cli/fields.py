@@ -95,7 +95,7 @@ def _element(value: object, index: int | slice, path: str) -> object:
     try:
         found = value[index]  # type: ignore[index]
     except IndexError:
-        raise FieldPathError(f"index {index} is outside, the array has {len(value)} elements", path) from None  # type: ignore[arg-type]
+        raise FieldPathError(f"index {index} is out of range, the length is {len(value)}", path) from None  # type: ignore[arg-type]
     except TypeError:
         raise FieldPathError(f"{type(value).__name__} is not an array", path) from None
     # numpy numbers print and compare differently, and JSON does not support them.

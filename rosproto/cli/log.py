@@ -96,7 +96,7 @@ def _echo(arguments: argparse.Namespace) -> None:
         state = master.get_system_state()
     for asked in arguments.node:
         if not below(state.nodes, asked):
-            warn(f"no node is called {absolute(asked)} yet; its lines are shown when it comes")
+            warn(f"no node is called {absolute(asked)} yet; its lines are shown when it appears")
     topic = AGGREGATED if state.publishers.get(AGGREGATED) else DIRECT
     came: Queue[DynamicMessage] = Queue()
     shown, silent_since = 0, time.monotonic()
@@ -108,8 +108,8 @@ def _echo(arguments: argparse.Namespace) -> None:
             except Empty:
                 if arguments.timeout and time.monotonic() - silent_since >= arguments.timeout:
                     raise RosTimeout(
-                        f"{topic}: no line that is asked for within {arguments.timeout:g} s; "
-                        "leave filters out, or see: rosproto topic info " + topic
+                        f"{topic}: no matching line within {arguments.timeout:g} s; "
+                        "use fewer filters, or see: rosproto topic info " + topic
                     ) from None
                 continue
             if _wanted(line, arguments):
@@ -208,7 +208,7 @@ def _set(arguments: argparse.Namespace) -> int:
                 logger=arguments.logger, level=arguments.level,
             )  # fmt: skip
         except ServiceError as error:
-            raise CommandError(f"{absolute(arguments.node)} did not take the level: {error}") from error
+            raise CommandError(f"{absolute(arguments.node)} did not accept the level: {error}") from error
     now = _loggers(arguments).get(arguments.logger, "unknown")
     arguments.out.answer({"logger": arguments.logger, "level": now}, f"{arguments.logger}: {printable(now)}")
     return 0 if now.lower() == arguments.level else 1

@@ -123,7 +123,7 @@ def _set(arguments: argparse.Namespace) -> None:
             read_stream(sys.stdin, "standard input") if arguments.value == "-" else arguments.value
         )
     if value is None:
-        raise ValueError("a parameter cannot be nothing: give a value, or delete it")
+        raise ValueError("a parameter cannot be empty: give a value, or delete it")
     with master_client(arguments) as master:
         master.set_param(absolute(arguments.key), value)
 

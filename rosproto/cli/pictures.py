@@ -36,10 +36,10 @@ def form_of(file: Path | None, asked: str | None) -> str:
     if file is None:
         return "text"
     if asked:
-        raise CommandError(f"{file}: the name says {ending}, and --format {asked}; leave one of them out")
+        raise CommandError(f"{file}: the name means {ending}, but --format is {asked}; omit one of them")
     if ending is None:
         raise CommandError(
-            f"{file}: no picture is known by this ending; it may be {', '.join(FORMS)}, or give --format"
+            f"{file}: this is not the ending of a picture; use one of {', '.join(FORMS)}, or give --format"
         )
     return ending
 

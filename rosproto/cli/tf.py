@@ -345,7 +345,7 @@ class Arrivals:
             frame, way = name.lstrip("/"), set()
             known = {*frames, *(one.parent for one in frames.values())}
             if frame not in known:
-                raise CommandError(f"no transform of frame {name!r} has come{near(frame, known)}")
+                raise CommandError(f"no transform of frame {name!r} has been received{near(frame, known)}")
             while frame in frames and frame not in way:
                 way.add(frame)
                 frame = frames[frame].parent
@@ -377,7 +377,7 @@ def monitor(arguments: argparse.Namespace) -> None:
                 if silent >= FIRST:
                     if arguments.n is not None:
                         raise _silence(silent)
-                    warn("nothing comes on /tf and /tf_static; still listening, Ctrl-C ends it")
+                    warn("nothing is received on /tf and /tf_static; still listening, Ctrl-C ends it")
                     silent = float("-inf")
                 continue
             facts = arrivals.facts(arguments.frame)

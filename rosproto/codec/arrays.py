@@ -98,7 +98,7 @@ def _converted(source: NDArray[np.generic], wanted: np.dtype[Any]) -> NDArray[np
         with np.errstate(over="ignore"):
             result = source.astype(wanted)
         if not np.array_equal(np.isinf(result), np.isinf(source)):
-            raise OverflowError(f"a value is beyond {wanted}")
+            raise OverflowError(f"a value is out of range for {wanted}")
         return result
     if source.dtype.kind == "f":
         raise TypeError(f"integers are expected, not dtype {source.dtype}; use .astype({wanted.name!r})")

@@ -212,7 +212,7 @@ class Conversion:
         table = side_by_side(self.target._spec, self.source._spec, ("wanted", "given"))
         return ConversionError(
             f"is {given.type} on one side and {wanted.type} on the other: values cannot be "
-            "carried over; compare the definitions, and add the right one to your revisions folder",
+            "converted; compare the definitions, and add the right one to your revisions folder",
             type_name=self.target._type,
             field_path=wanted.name,
             table=table,
@@ -256,7 +256,7 @@ def _number(kind: str, name: str, type_name: str) -> Convert:
         whole = int(value) if value == value and abs(value) != float("inf") else None
         if whole is None or whole != value or not low <= whole <= high:
             raise CodecError(
-                f"{value!r} does not fit {kind} ({low} to {high}), which the other side has for it",
+                f"{value!r} does not fit {kind} ({low} to {high}), the type of the field on the other side",
                 type_name=type_name,
                 field_path=name,
             )

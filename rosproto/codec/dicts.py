@@ -123,7 +123,7 @@ def _array(
         return bytes(value)
     items = value.tolist() if hasattr(value, "tolist") else value
     if not isinstance(items, (list, tuple)):
-        raise _wrong(f"{value!r} is not a list, and {base}[] is asked for", path, top)
+        raise _wrong(f"{value!r} is not a list; expected {base}[]", path, top)
     if base in INTEGERS or base in FLOATS:
         return [_number(base, item, f"{path}[{i}]", top) for i, item in enumerate(items)]
     assert owner._binding is not None

@@ -186,7 +186,7 @@ class Access:
 
 def _given(patterns: Iterable[str]) -> tuple[str, ...]:
     if isinstance(patterns, str):
-        raise ValueError(f"patterns are a list of texts; for one alone write [{patterns!r}]")
+        raise ValueError(f"patterns must be a list of strings; for a single one write [{patterns!r}]")
     return tuple(patterns)
 
 
@@ -236,5 +236,5 @@ def _parsed(pattern: str) -> tuple[tuple[str, ...], str]:
             )
         kinds, pattern = (_PREFIXES[prefix],), rest
     if not pattern:
-        raise ValueError("a pattern is empty; * is everything")
+        raise ValueError("a pattern is empty; * matches everything")
     return kinds, canonicalize(pattern if pattern[0] in "/*?[" else f"/{pattern}")

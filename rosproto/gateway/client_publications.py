@@ -103,7 +103,7 @@ class ClientPublication:
             LocalProtocolError: This is closed; or the velocity watchdog refuses the velocity.
         """
         if self.closed:
-            raise LocalProtocolError(f"{self.topic}: not advertised any more")
+            raise LocalProtocolError(f"{self.topic}: no longer advertised")
         if self._early is not None:
             if self._early.publish(message):
                 return
@@ -237,4 +237,4 @@ def _close(publisher: Publisher) -> None:
     try:
         publisher.close()
     except Exception as error:  # the master does not answer
-        _log.debug("! %s: not taken off the master: %s", publisher.topic, error)
+        _log.debug("! %s: cannot be unregistered from the master: %s", publisher.topic, error)

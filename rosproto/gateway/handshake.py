@@ -55,7 +55,7 @@ class HandshakeRules(AdmissionPolicy):
             return refusal
         offered = {name.strip() for line in header("sec-websocket-protocol") for name in line.split(",")}
         if self.subprotocols and offered.isdisjoint(self.subprotocols):
-            text = say("the client speaks none of the protocols {names}", names=list(self.subprotocols))
+            text = say("the client supports none of the protocols {names}", names=list(self.subprotocols))
             return AdmissionRefusal(HTTPStatus.BAD_REQUEST, "protocol", text)
         return None
 

@@ -78,8 +78,8 @@ class JsonReader:
         values = _values_in(text)
         if values > self._max_values:
             raise JsonError(
-                f"has {values} values and keys, and at most {self._max_values} are taken; a gateway that is "
-                "started with a larger --message-bytes takes one for every ten bytes of it"
+                f"has {values} values and keys, and at most {self._max_values} are accepted; a gateway that "
+                "is started with a larger --message-bytes accepts one for every ten bytes of it"
             )
         if len(text) <= SHORT and values <= SHORT_VALUES:
             return self._decoded(text, max_documents, values)
@@ -92,7 +92,7 @@ class JsonReader:
         try:
             while at < end:
                 if len(found) == max_documents:
-                    raise JsonError(f"is more than {max_documents} at once; send them one by one")
+                    raise JsonError(f"has more than {max_documents} values in a row; send them one by one")
                 value, at = _decoder.raw_decode(text, _blanks(text, at).end())
                 if values > self._nesting:
                     self._check_nesting(value)

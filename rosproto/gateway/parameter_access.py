@@ -44,7 +44,7 @@ class ParameterAccess:
         """Return None if a parameter may be set to a value, or deleted, with all below it; else the reason.
 
         Raises:
-            ValueError: The value is nested too deep.
+            ValueError: The value is nested too deeply.
             MasterError, ConnectionLost, RosTimeout: The master does not answer.
         """
         refusal = self._access.may_write("parameter", key)

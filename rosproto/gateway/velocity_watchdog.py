@@ -287,7 +287,7 @@ class VelocityWatchdog:
                 return  # no zero would follow
             if moving and received < self._zeros_received.get(topic, 0.0):
                 raise LocalProtocolError(
-                    f"a velocity for {topic} is not published: it waited, and a zero came after it"
+                    f"a velocity for {topic} is not published: a zero was received while it waited"
                 )
             if not moving:
                 self._note_zero(topic, received)
@@ -369,7 +369,7 @@ class VelocityWatchdog:
                 publisher.publish(self._zero(topic, publisher))
                 self.zeros += 1
             except Exception as error:  # the node is closed, so zero cannot be sent any more
-                _log.warning("! %s: zero could not be published after its client: %s", topic, error)
+                _log.warning("! %s: zero could not be published after its client left: %s", topic, error)
         self._disarm()
 
     def _zero(self, topic: str, publisher: Publisher) -> Any:

@@ -278,7 +278,9 @@ class WebSocketServer:
             if end.sent is not None and end.sent.code == _TOO_BIG:
                 self._log_too_long(channel, self.limits.message_bytes)
         except Exception as error:
-            self.peer_log.error(channel.peer, "! %s: %s is cut off", self._name, channel.peer, exc_info=error)
+            self.peer_log.error(
+                channel.peer, "! %s: %s is disconnected", self._name, channel.peer, exc_info=error
+            )
             channel.close(1011, "an error of the gateway")
         finally:
             with self._lock:
@@ -303,7 +305,9 @@ class WebSocketServer:
                 return
             if data is None:
                 why = f"a message may have {FRAGMENTS} fragments"
-                self.peer_log.warning("fragments", "! %s: %s is cut off: %s", self._name, channel.peer, why)
+                self.peer_log.warning(
+                    "fragments", "! %s: %s is disconnected: %s", self._name, channel.peer, why
+                )
                 await self._close_connection(connection, _TOO_BIG, why)
                 return
             max_bytes = session.max_message_bytes
@@ -344,7 +348,7 @@ class WebSocketServer:
     def _log_too_long(self, channel: ClientChannel, max_bytes: int) -> None:
         self.peer_log.warning(
             "too long",
-            "! %s: %s is cut off: a message has more than %d bytes (--message-bytes, "
+            "! %s: %s is disconnected: a message has more than %d bytes (--message-bytes, "
             "GatewayLimits.message_bytes; less where nothing may be written)",
             self._name,
             channel.peer,
@@ -355,7 +359,7 @@ class WebSocketServer:
         host, port, *_ = transport.get_extra_info("peername") or ("?", 0)
         self.peer_log.warning(
             "flood",
-            "! %s: %s:%s is cut off: it sends control frames all the time",
+            "! %s: %s:%s is disconnected: it sends nothing but control frames",
             self._name,
             host,
             port,
@@ -369,7 +373,7 @@ class WebSocketServer:
             try:
                 session.ended()
             except Exception as error:
-                self.peer_log.error("ended", "! %s: a session ended badly", self._name, exc_info=error)
+                self.peer_log.error("ended", "! %s: a session failed", self._name, exc_info=error)
             finally:
                 self._leaving.discard(done)
                 done.set_result(None)
@@ -401,7 +405,7 @@ class WebSocketServer:
             return
         self.peer_log.warning(
             "stalled",
-            "! %s: %s has read nothing for %g s and is cut off",
+            "! %s: %s has read nothing for %g s and is disconnected",
             self._name,
             peer_of(connection),
             self.limits.silence_seconds,

@@ -177,7 +177,7 @@ class Notifier:
             thread.start()
         except RuntimeError:  # the process has no thread left; a running worker takes over
             lane.threads.discard(thread)
-            _log.warning("! no further thread for notifications, %d at work", len(lane.threads))
+            _log.warning("! cannot start another thread for notifications; %d are running", len(lane.threads))
 
     def _work(self, lane: _WorkerGroup) -> None:
         """One worker: serve due nodes until there were none for a while."""

@@ -80,11 +80,11 @@ class ParameterTree:
         """The approximate size of a value in bytes; needs no lock, and takes long for a large one.
 
         Raises:
-            ValueError: The value cannot be returned later (nil, int beyond 32 bits), or is nested too deep.
+            ValueError: The value cannot be returned later (nil, int beyond 32 bits), or is nested too deeply.
         """
         depth = len(_parts(key))
         if depth > self.max_depth:
-            raise ValueError("is nested too deep")
+            raise ValueError("is nested too deeply")
         return _checked_size(value, self.max_depth - depth)
 
     def displaced(self, key: str) -> Displaced:
@@ -118,7 +118,7 @@ class ParameterTree:
 
         Raises:
             TypeError: The root is set to something else than a dict.
-            ValueError: The value cannot be returned later (nil, int beyond 32 bits), is nested too deep, or
+            ValueError: The value cannot be returned later (nil, int beyond 32 bits), is nested too deeply, or
                 the tree is full.
         """
         parts = _parts(key)
@@ -275,7 +275,7 @@ def _checked_size(value: object, depth: int = 1 << 30) -> int:
         total += _ENTRY_BYTES
         if isinstance(item, (dict, list, tuple)):
             if left <= 0:
-                raise ValueError("is nested too deep")
+                raise ValueError("is nested too deeply")
             if isinstance(item, dict):
                 total += sum(_ENTRY_BYTES + len(name) for name in item)
                 item = item.values()

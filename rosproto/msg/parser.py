@@ -275,7 +275,7 @@ def _integer(text: str) -> int:
         return int(text)
     except ValueError:  # also for more than 4300 digits, Python's limit
         raise ValueError(
-            f"{short(text)!r} is not a decimal integer (hexadecimal is not known here)"
+            f"{short(text)!r} is not a decimal integer (hexadecimal is not supported here)"
         ) from None
 
 

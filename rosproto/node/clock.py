@@ -172,7 +172,7 @@ class Rate:
 
     def __init__(self, clock: NodeClock, hz: float) -> None:
         if not hz > 0:
-            raise ValueError(f"a rate is a positive number of rounds per second, not {hz!r}")
+            raise ValueError(f"a rate must be a positive number of cycles per second, not {hz!r}")
         self._clock = clock
         self._period = round(NSEC / as_float(hz))
         self._last = clock.now_nsec()
@@ -220,7 +220,7 @@ class Timer:
         self, clock: NodeClock, period: float, callback: Callable[[TimerEvent], object], oneshot: bool
     ) -> None:
         if not period > 0:
-            raise ValueError(f"a timer's period is a positive number of seconds, not {period!r}")
+            raise ValueError(f"a timer's period must be a positive number of seconds, not {period!r}")
         self._clock = clock
         self._period = round(as_float(period) * NSEC)
         self._callback = callback
@@ -257,7 +257,7 @@ class Timer:
         try:
             self._callback(event)
         except BaseException:  # as in incoming/subscriber_queue.py
-            _log.exception("! the timer's callback %r raised; the timer goes on", self._callback)
+            _log.exception("! the timer's callback %r raised; the timer continues", self._callback)
         return expected, real, time.perf_counter() - began
 
     def close(self) -> None:

@@ -114,13 +114,13 @@ class MasterMonitor:
                 pause = self._look()
                 took = time.monotonic() - begun
             except Exception:
-                _log.exception("! %s: the master monitor failed, and goes on", self._name)
+                _log.exception("! %s: the master monitor failed; it continues", self._name)
                 pause = self.period
 
     def _notice_sleep(self, meant: float) -> None:
         seconds = self._sleep.slept(meant)
         if seconds:
-            _log.info("= %s: this computer slept for %.0f s; all links are made anew", self._name, seconds)
+            _log.info("= %s: this computer slept for %.0f s; all links are reconnected", self._name, seconds)
             self._looks = self.full_check_every - 1
             self._topics.woke_up()
 
@@ -131,7 +131,7 @@ class MasterMonitor:
             stands = self.check_registration() and not moved
             if not stands and not self._context.registrations.register_all():
                 raise ConnectionLost(
-                    "the master went away during registration", peer=self._context.master.uri
+                    "the connection to the master was lost during registration", peer=self._context.master.uri
                 )
             self._verify_some()
             if not self._context.registrations.register_pending():
@@ -243,7 +243,7 @@ class MasterMonitor:
                     self._context.master.reconnect()  # calls under way fail now, not when their time is over
                 raise
             # The name server is silent, or the port is taken: the master may be there.
-            _log.debug("! %s: the present address is not known: %s", self._name, error)
+            _log.debug("! %s: the current address cannot be determined: %s", self._name, error)
             return False
         self._topics.links_changed_address()
         self._context.master.reconnect()
@@ -254,7 +254,7 @@ class MasterMonitor:
     def _master_lost(self, error: RosError) -> None:
         if not self._context.master_lost:
             self._context.master_lost, uri = True, self._context.master.uri
-            _log.warning("! the master %s is away, it is tried again: %s", uri, error)
+            _log.warning("! the master %s cannot be reached; trying again: %s", uri, error)
             known = without_frames(error)
             self._context.events.emit(Event(EventKind.MASTER_LOST, address=uri, error=known))
 

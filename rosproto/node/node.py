@@ -227,7 +227,7 @@ class Node:
         type_ = resolve_type(type, self.definitions)
         if type is None or type == ANY:
             raise LocalProtocolError(
-                f"{topic}: a publisher needs a definite type; give the class or name of what it publishes"
+                f"{topic}: a publisher needs a specific type; give the class or name of the type it publishes"
             )
         return self._parts.topics.open_publisher(
             self.resolve_name(topic),

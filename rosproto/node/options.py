@@ -80,7 +80,7 @@ def callback_or_none(callback: Callable[..., object] | None, what: str) -> None:
         TypeError: It is not callable.
     """
     if callback is not None and not callable(callback):
-        raise TypeError(f"{what} is a function, not {callback!r:.80}")
+        raise TypeError(f"{what} must be a function, not {callback!r:.80}")
 
 
 def queue_length(size: int) -> int:
@@ -90,7 +90,7 @@ def queue_length(size: int) -> int:
         ValueError: It is not an integer of at least 1.
     """
     if not isinstance(size, int) or isinstance(size, bool) or size < 1:
-        raise ValueError(f"queue_size is a number of messages, at least 1, not {size!r}")
+        raise ValueError(f"queue_size must be a number of messages, at least 1, not {size!r}")
     return size
 
 

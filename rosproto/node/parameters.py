@@ -162,11 +162,11 @@ class Parameters:
         """Set a parameter; a dict replaces the whole namespace.
 
         Raises:
-            ValueError: The value, or something in it, cannot be a parameter; the text names it.
+            ValueError: The value, or something in it, cannot be stored as a parameter; the text names it.
         """
         resolved, plain = self._resolve(key), plain_value(value, key)
         if resolved == "/" and not isinstance(plain, dict):
-            raise ValueError(f"the root namespace takes a dict, not a {type(value).__name__}")
+            raise ValueError(f"the root namespace must be a dict, not a {type(value).__name__}")
         self._master.set_param(resolved, plain)
         # The master does not tell the node that did it (rosmaster paramserver.py).
         self._tell(self._cache.apply(resolved, plain))
@@ -206,7 +206,7 @@ class Parameters:
             The full key found, or None.
         """
         if key.startswith("~"):
-            raise ValueError(f"{key!r}: a private name has one place only, there is nothing to search")
+            raise ValueError(f"{key!r}: a private name belongs to one namespace and cannot be searched for")
         try:
             found = self._master.search_param(key)
         except MasterError as error:
@@ -306,7 +306,9 @@ class Parameters:
                 value = ABSENT
             except RosError as error:
                 logger.warning(
-                    "! parameter %s: an update not from the master, who cannot be asked: %s", key, error
+                    "! parameter %s: an update did not come from the master, which cannot be asked: %s",
+                    key,
+                    error,
                 )
                 return True
         self._tell(self._cache.apply(key, value))
@@ -346,7 +348,7 @@ def plain_value(value: object, key: str) -> object:
     """`value` as XML-RPC can carry it: numpy scalars and arrays, tuples and mappings made plain.
 
     Raises:
-        ValueError: Something in it cannot be a parameter.
+        ValueError: Something in it cannot be stored as a parameter.
     """
     if isinstance(value, (bool, float, str, bytes)):
         return value
@@ -360,7 +362,7 @@ def plain_value(value: object, key: str) -> object:
         return [plain_value(item, f"{key}[{index}]") for index, item in enumerate(value)]
     if hasattr(value, "tolist"):  # a numpy scalar or array
         return plain_value(value.tolist(), key)
-    raise ValueError(f"parameter {key}: a {type(value).__name__} cannot be a parameter")
+    raise ValueError(f"parameter {key}: a {type(value).__name__} cannot be stored as a parameter")
 
 
 def _plain_key(name: object, key: str) -> str:

@@ -65,7 +65,7 @@ def set_level(name: str, level: str) -> None:
     """
     value = LEVELS.get(level.strip().lower())
     if value is None:
-        raise ValueError(f"level {level!r} is none of {', '.join(LEVELS)}")
+        raise ValueError(f"level {level!r} is not one of {', '.join(LEVELS)}")
     names = logger_names()
     if name and name not in names:
         import difflib

@@ -28,7 +28,7 @@ def grid_to_array(grid: OccupancyGrid | DynamicMessage) -> NDArray[np.int8]:
     cells = np.asarray(grid.data, np.int8).reshape(-1)
     height, width = grid.info.height, grid.info.width
     if cells.size != height * width:
-        raise ValueError(f"a grid of {width}x{height} has {height * width} cells, but data hold {cells.size}")
+        raise ValueError(f"a grid of {width}x{height} has {height * width} cells, but data has {cells.size}")
     return cells.reshape(height, width)
 
 

@@ -29,7 +29,9 @@ def encode_png(pixels: NDArray[np.generic]) -> bytes:
     """
     channels = 1 if pixels.ndim == 2 else pixels.shape[-1] if pixels.ndim == 3 else 0
     if channels not in _KINDS or pixels.dtype not in (np.uint8, np.uint16) or 0 in pixels.shape:
-        raise ValueError(f"no PNG of shape {pixels.shape}, {pixels.dtype}; expected uint8 or uint16 pixels")
+        raise ValueError(
+            f"cannot make a PNG of shape {pixels.shape}, {pixels.dtype}; expected uint8 or uint16 pixels"
+        )
     height, width = pixels.shape[:2]
     size = pixels.dtype.itemsize
     rows = np.ascontiguousarray(pixels, dtype=pixels.dtype.newbyteorder(">")).reshape(height, -1)

@@ -24,7 +24,7 @@ def _unit(quaternion: Quaternion | DynamicMessage) -> tuple[float, float, float,
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if not math.isfinite(length) or length < 1e-9:
         raise ValueError(
-            f"quaternion ({x}, {y}, {z}, {w}) is not a rotation; one that turns nothing has w = 1, "
+            f"quaternion ({x}, {y}, {z}, {w}) is not a rotation; the identity has w = 1, "
             "a new message has w = 0"
         )
     return rotation.normalized((x, y, z, w))

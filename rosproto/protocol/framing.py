@@ -38,7 +38,7 @@ def frame(payload: BytesLike) -> bytes:
     """
     size = payload.nbytes if isinstance(payload, memoryview) else len(payload)
     if size > 0xFFFFFFFF:
-        raise LocalProtocolError(f"a frame of {size} bytes: TCPROS lengths end at 4294967295")
+        raise LocalProtocolError(f"a frame of {size} bytes is too long: TCPROS allows at most 4294967295")
     return _LENGTH.pack(size) + payload
 
 

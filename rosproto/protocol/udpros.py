@@ -70,8 +70,8 @@ class DatagramRequest(NamedTuple):
             case [_, bytes(header), str(host), int(port), int(size)] if 0 < port < 65536 and host:
                 return cls(decode_header(header), host, port, _checked_size(size))
         raise RemoteProtocolError(
-            f"a request for UDPROS is [UDPROS, header in base64, host, port, most bytes of a datagram], not"
-            f" {str(protocol)[:100]}"
+            f"a request for UDPROS is [UDPROS, header in base64, host, port, maximum bytes of a datagram],"
+            f" not {str(protocol)[:100]}"
         )
 
 
@@ -106,7 +106,7 @@ class DatagramAnswer(NamedTuple):
             case [_, str(host), int(port), int(connection), int(size), bytes(header)]:
                 return cls(host, port, connection & 0xFFFFFFFF, _checked_size(size), decode_header(header))
         raise RemoteProtocolError(
-            f"an answer for UDPROS is [UDPROS, host, port, connection, most bytes of a datagram, header in"
+            f"an answer for UDPROS is [UDPROS, host, port, connection, maximum bytes of a datagram, header in"
             f" base64], not {str(answer)[:100]}"
         )
 

@@ -47,7 +47,7 @@ class MessageBuffer:
 
     def __init__(self, limit: int, wake_bytes: int = 768 * 1024) -> None:
         if limit < 1:
-            raise ValueError(f"a buffer of {limit} bytes holds nothing; give at least one")
+            raise ValueError(f"a buffer of {limit} bytes cannot hold anything; give at least 1")
         self.limit = limit
         self.wake_bytes = min(wake_bytes, limit)
         self.received = 0

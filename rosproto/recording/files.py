@@ -47,7 +47,7 @@ def bag_name(
     if number is not None:
         parts.append(str(number))
     if not parts:
-        raise ValueError("a bag without name: give a prefix, or let the date be added")
+        raise ValueError("the bag has no name: give a prefix, or have the date added")
     return "_".join(parts) + ending
 
 
@@ -187,7 +187,7 @@ def _check_free(path: str) -> None:
         raise BagError("already exists; choose another name", path=path)
     if os.path.exists(path + ACTIVE):
         raise BagError(
-            "a recording of that name is running or has died; choose another name, or repair this one with "
+            "a recording of that name is running or was killed; choose another name, or repair this one with "
             "rosproto bag reindex",
             path=path + ACTIVE,
         )

@@ -95,9 +95,9 @@ class Player:
         rate, delay, rate_control_delay = as_float(rate), as_float(delay), as_float(rate_control_delay)
         clock_hz, skip_empty = as_float(clock_hz), as_float(skip_empty)
         if not rate > 0:
-            raise ValueError(f"rate {rate}: it must be more than 0")
+            raise ValueError(f"rate {rate}: it must be greater than 0")
         if clock_hz is not None and not clock_hz > 0:
-            raise ValueError(f"clock_hz {clock_hz}: it must be more than 0")
+            raise ValueError(f"clock_hz {clock_hz}: it must be greater than 0")
         bags = [bags] if isinstance(bags, BagReader) else bags
         self.timeline = Timeline(bags, topics=topics, start=as_float(start), duration=as_float(duration))
         self._node = node

@@ -48,7 +48,7 @@ class Timeline:
         duration: float | None = None,
     ) -> None:
         if start < 0 or (duration is not None and duration < 0):
-            raise ValueError(f"start {start} and duration {duration} are seconds, not negative")
+            raise ValueError(f"start {start} and duration {duration} must be seconds and not negative")
         self._bags = list(bags)
         self._topics = None if topics is None else set(topics)
         self._check_topics()

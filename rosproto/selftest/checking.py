@@ -93,5 +93,5 @@ def expect(what: str, found: object, wanted: object) -> None:
     """Raise CheckFailed if the two differ."""
     if found != wanted:
         raise CheckFailed(
-            say("{what}: {found!r} came, expected {wanted!r}", what=what, found=found, wanted=wanted)
+            say("{what}: received {found!r}, expected {wanted!r}", what=what, found=found, wanted=wanted)
         )

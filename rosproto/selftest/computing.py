@@ -92,7 +92,7 @@ def check_codec() -> str:
                     )
                 )
             if encode_layout(layout, decode_layout(layout, again, 0, len(again))) != data:
-                raise CheckFailed(say("{name}: the reference codec does not read what it wrote", name=name))
+                raise CheckFailed(say("{name}: the reference codec cannot read what it wrote", name=name))
             count, size = count + 1, size + len(data)
     return say(
         "{count} message types, {size} bytes, as the reference codec writes them", count=count, size=size

@@ -182,7 +182,7 @@ def _talk(uri: str, process: subprocess.Popen[bytes]) -> None:
                 said = process.stderr.read().decode("utf-8", "replace").strip()
                 raise CheckFailed(say("the rospy program ended: {said}", said=said[-300:])) from error
             raise
-        late = say("rospy's answer did not come within {seconds:g} s", seconds=_PATIENCE)
+        late = say("rospy's answer did not arrive within {seconds:g} s", seconds=_PATIENCE)
         expect("what rospy heard", _next(messages, _PATIENCE, late).data, "rospy heard 货架")
         with node.service_client("/selftest_rospy/get_loggers", "roscpp/GetLoggers") as client:  # each has it
             loggers = client.call(timeout=_PATIENCE).loggers

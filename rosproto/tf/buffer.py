@@ -97,7 +97,7 @@ class TransformBuffer:
         edges = self._tree.edges
         edge = edges.get(child)
         if not self._tree.has_room(child):
-            raise ValueError(f"{child}: {self._max_frames} frames are known, which is the limit")
+            raise ValueError(f"{child}: {self._max_frames} frames are known already, which is the limit")
         if edge is None or edge.static != static:
             edge = edges[child] = History(self._cache_ns, self._max_samples, static=static)
         return edge
@@ -207,7 +207,7 @@ class TransformBuffer:
             ) from None
         except FrameLoop:
             raise NotConnected(
-                "the path to the root is a loop: frames are each other's parents; see frames()",
+                "the path to the root contains a loop of frames that are each other's parents; see frames()",
                 target=target,
                 source=source,
             ) from None
@@ -247,7 +247,7 @@ class TransformBuffer:
 def checked(transform: Transform) -> Sample:
     parent, child = frame_name(transform.target), frame_name(transform.source)
     if parent == child:
-        raise ValueError(f"frame {child} is said to be its own parent")
+        raise ValueError(f"frame {child} is published as its own parent")
     numbers = (*transform.translation, *transform.rotation)
     if not all(map(math.isfinite, numbers)):
         raise ValueError(f"{parent} -> {child}: {numbers} are not all finite")

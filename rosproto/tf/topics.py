@@ -84,7 +84,7 @@ class TransformListener:
             if child in self._named or len(self._named) >= MAX_NAMED:
                 return
             self._named.add(child)
-        logger.warning("transform of %s from %s is not taken: %s", child, authority, error)
+        logger.warning("transform of %s from %s is rejected: %s", child, authority, error)
 
     def close(self) -> None:
         """End both subscriptions; the buffer stays. May be called again."""

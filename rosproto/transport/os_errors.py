@@ -127,7 +127,7 @@ def _too_many_files() -> str:
     limit = open_file_limit()
     if limit is None:
         return say("too many open files in this program (or computer)")
-    return say("too many open files in this program (or computer), which may have {limit}", limit=limit)
+    return say("too many open files in this program (or computer); the limit is {limit}", limit=limit)
 
 
 def open_file_limit() -> int | None:

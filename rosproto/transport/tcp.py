@@ -104,7 +104,7 @@ def bind_beside(sock: socket.socket, listener: socket.socket, address: tuple[str
         OSError: The system does not allow it, or the address is no longer this computer's.
     """
     if sys.platform != "linux":
-        raise OSError("this system does not bind beside a listening socket")
+        raise OSError("this system does not allow binding to a port that another socket listens on")
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)

@@ -248,13 +248,13 @@ class TcpServer:
             self.stats.failed += 1
             if not interpreter_shuts_down(error):
                 log.exception(
-                    "! %s: connection from %s could not be taken", self._name, format_address(*peer)
+                    "! %s: connection from %s could not be handled", self._name, format_address(*peer)
                 )
 
     def _admit(self, sock: socket.socket, peer: tuple[str, int]) -> bool:
         if not self.allows(peer[0]):
             self.stats.not_allowed += 1
-            log.warning("! %s: %s may not connect (allow=)", self._name, peer[0])
+            log.warning("! %s: %s is not allowed to connect (allow=)", self._name, peer[0])
             return False
         close_in_forked_children(sock)
         sock.setblocking(True)
@@ -292,7 +292,7 @@ class TcpServer:
         if self._drop_idle():
             return True
         self.stats.refused_full += 1
-        log.warning("! %s: connection refused: the limit of %d is reached", self._name, self._count())
+        log.warning("! %s: connection refused: %d connections are open, the limit", self._name, self._count())
         return False
 
     def _give_up_one(self) -> None:

@@ -155,7 +155,7 @@ def write_line(line: Line) -> bytes:
 def _text_of(value: object) -> str:
     if isinstance(value, bytes):
         return base64.b64encode(value).decode()
-    raise TypeError(f"{type(value).__name__} has no place in a line")
+    raise TypeError(f"{type(value).__name__} cannot be encoded in a line")
 
 
 def read_line(data: bytes) -> Line:
@@ -179,7 +179,7 @@ def read_line(data: bytes) -> Line:
             fields["keys"] = tuple(fields["keys"])
         line: Line = kind(**fields)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise RemoteProtocolError(f"no line of a watchdog's pipe: {data[:80]!r}") from error
+        raise RemoteProtocolError(f"not a line of a watchdog's pipe: {data[:80]!r}") from error
     return line
 
 

@@ -184,4 +184,4 @@ def _misfit(cls: type[Message], parts: list[bytes], topic: str) -> Exception:
             decode(cls, part)
         except CodecError as problem:
             return problem
-    return BagError(f"{topic}: a message of {cls._type} does not have the form of its definition")
+    return BagError(f"{topic}: a message of {cls._type} does not match its definition")

@@ -103,7 +103,7 @@ class McapChunk(ChunkData):
         time, sizes = table[:, 1], table[:, 2].astype(np.int64)
         secs = time // NS
         if (secs > 0xFFFFFFFF).any():
-            raise BagError("a message's time is later than ROS can tell (the year 2106)")
+            raise BagError("a message's time is later than ROS can represent (the year 2106)")
         stop = np.cumsum(sizes)
         rows = MessageTable(
             table[:, 0].astype(np.uint32),
@@ -146,7 +146,7 @@ def read_mcap_chunk(source: BagFile, info: ChunkInfo, loose: bool) -> McapChunk:
                 messages = messages_of(source, record, info.pos)
                 break
     except misfits() as problem:
-        raise source.error(f"no whole record: {problem or type(problem).__name__}", info.pos) from None
+        raise source.error(f"not a complete record: {problem or type(problem).__name__}", info.pos) from None
     messages = [message for message in messages if message.channel_id in info.counts]
     blob = b"".join([message.data for message in messages])
     facts = [(message.channel_id, message.log_time, len(message.data)) for message in messages]

@@ -203,7 +203,7 @@ class _Scan:
             if at == 8 and not self._schemas and not found.chunks and source.size < 8:
                 raise source.error("this is not an MCAP file") from problem
             if at < source.size:
-                found.damage.append(f"it ends in a record that is cut off or damaged, at byte {at}")
+                found.damage.append(f"it ends in a record that is truncated or damaged, at byte {at}")
         except BagError as problem:
             found.damage.append(problem.reason)
         return found

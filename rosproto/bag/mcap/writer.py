@@ -192,7 +192,7 @@ class McapWriter:
             act()
         except OSError as problem:
             self._failed = BagError(
-                f"cannot write: {problem.strerror}; what is in the file in whole chunks is readable",
+                f"cannot write: {problem.strerror}; the complete chunks in the file are readable",
                 path=self.path,
             )
             raise self._failed from problem

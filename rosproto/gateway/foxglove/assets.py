@@ -64,9 +64,9 @@ class Assets:
         package, _, inside = unquote(uri[len(SCHEME) :]).partition("/")
         parts = inside.split("/")
         if not package or package.startswith(".") or "" in parts or any(p in (".", "..") for p in parts):
-            raise ValueError(f"{uri[:100]!r} names no file of a package")
+            raise ValueError(f"{uri[:100]!r} does not name a file of a package")
         if any(sign in package + inside for sign in "\\:\0"):
-            raise ValueError(f"{uri[:100]!r} has characters that no file of a package may have")
+            raise ValueError(f"{uri[:100]!r} contains characters that are not allowed in a file of a package")
         if Path(inside).suffix.lower() not in KINDS:
             raise ValueError(f"{uri[:100]!r}: only meshes, textures and robot descriptions are served")
         for folder in self.folders:

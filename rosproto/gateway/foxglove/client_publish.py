@@ -112,7 +112,7 @@ class ClientPublisher:
         limit = self._state.limits.advertised_per_client
         try:
             if channel.id in self._advertised:
-                raise Refused(f"channel {channel.id} is advertised already")
+                raise Refused(f"channel {channel.id} is already advertised")
             if len(self._advertised) >= limit:
                 raise Refused(f"{limit} topics are published, which is the limit for a client")
             opened = self._open(channel)
@@ -151,7 +151,7 @@ class ClientPublisher:
             return refusal.text
         if channel.encoding not in ENCODINGS:
             raise Refused(
-                f"publishing on {topic} is refused: it comes as {channel.encoding[:40]!r}; "
+                f"publishing on {topic} is refused: its encoding is {channel.encoding[:40]!r}; "
                 f"expected {' or '.join(ENCODINGS)}"
             )
         try:

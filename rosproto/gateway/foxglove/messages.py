@@ -218,7 +218,7 @@ def _read_text(text: str, reader: JsonReader) -> Request:
         raise MessageError(f"the message {problem}") from None
     document = values[0] if values else None
     if not isinstance(document, dict):
-        raise MessageError("the message is no JSON object")
+        raise MessageError("the message is not a JSON object")
     op = document.get("op", MISSING)
     read_fields = _OPERATIONS.get(op) if isinstance(op, str) else None
     if read_fields is None:

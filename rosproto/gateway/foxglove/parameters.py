@@ -133,7 +133,7 @@ class ViewerParameters:
             try:
                 one.close()
             except RosError as problem:
-                _log.info("! foxglove: parameter %s could not be left: %s", one.key, problem)
+                _log.info("! foxglove: parameter %s could not be unsubscribed: %s", one.key, problem)
 
     def _changed(self, key: str, value: object) -> None:
         pairs = list(self._visible(key, value))

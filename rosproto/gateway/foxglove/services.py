@@ -86,11 +86,11 @@ def call(service: AdvertisedService, asked: Call, state: GatewayState) -> bytes:
     kind = service.kind
     insist(state.access.may_write("service", service.name, kind._type))
     if asked.encoding != ROS1:
-        raise Refused(f"the request comes as {asked.encoding[:40]!r}, not {ROS1}")
+        raise Refused(f"the request's encoding is {asked.encoding[:40]!r}, not {ROS1}")
     try:
         request = decode(kind._request_class, asked.data)
     except CodecError as problem:
-        raise Refused(f"the request is none of {kind._type}: {problem}") from None
+        raise Refused(f"the request does not match {kind._type}: {problem}") from None
     with state.node.service_client(service.name, kind) as client:
         answer = bytes(encode(client.call(request, timeout=state.limits.call_seconds)))
     if len(answer) > state.limits.answer_bytes // 2:

@@ -247,11 +247,11 @@ class FoxgloveSession:
                 return
             channel = next((one for one in self._channels.values() if one.id == number), None)
             if channel is None:
-                raise Refused(f"channel {number} is not advertised, or not any longer")
+                raise Refused(f"channel {number} is not advertised, or no longer")
             if id in self._subscriptions:
                 raise Refused(f"{channel.topic} is not subscribed to: subscription {id} is in use")
             if any(one.channel.id == number for one in self._subscriptions.values()):
-                raise Refused(f"{channel.topic} is followed already")
+                raise Refused(f"{channel.topic} is already subscribed to")
             if len(self._subscriptions) >= limit:
                 raise Refused(
                     f"{channel.topic} is not subscribed to: {limit} topics already are, which is the limit"
@@ -312,7 +312,7 @@ class FoxgloveSession:
         with self._lock:
             service = next((one for one in self._services.values() if one.id == asked.service), None)
         if service is None:
-            problem = f"service {asked.service} is not advertised, or not any longer"
+            problem = f"service {asked.service} is not advertised, or no longer"
         elif not self._free_calls.acquire(blocking=False):
             limit = state.limits.calls_per_client
             problem = f"{limit} calls of this client wait for their answers, which is the limit"

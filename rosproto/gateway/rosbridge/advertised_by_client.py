@@ -129,7 +129,7 @@ class AdvertisedByClient(ABC, Generic[Server, R]):
         with self._lock:
             found = self._requests.get(str(given.id))
             if found is None or found.done.is_set():
-                raise Refused(f"no {self.kind} with the id {given.id!r} waits for an answer")
+                raise Refused(f"no {self.kind} with the id {given.id!r} is waiting for an answer")
             found.answer = given
             found.done.set()
 
@@ -205,7 +205,9 @@ class AdvertisedServices(AdvertisedByClient[ServiceServer, PendingRequest[Servic
         if answer is None:
             raise ServiceError(name, GONE)
         if not answer.result:
-            raise ServiceError(name, str(answer.values)[:1000] if answer.values else "the client says no")
+            raise ServiceError(
+                name, str(answer.values)[:1000] if answer.values else "the client reported failure"
+            )
         try:
             return from_values(
                 cls._response_class,
@@ -280,7 +282,7 @@ class AdvertisedActions(AdvertisedByClient[ActionServer, _Goal]):
         """
         found = self.waiting(given.id)
         if found is None:
-            raise Refused(f"no goal with the id {given.id!r} waits for an answer")
+            raise Refused(f"no goal with the id {given.id!r} is waiting for an answer")
         server = self._servers.get(found.name)
         if server is not None:
             now = self._state.node.clock.now()
@@ -314,7 +316,9 @@ class AdvertisedActions(AdvertisedByClient[ActionServer, _Goal]):
             goal.abort(text=GONE)
             return
         if not answer.result:
-            goal.abort(text=answer.values[:1000] if isinstance(answer.values, str) else "the client says no")
+            goal.abort(
+                text=answer.values[:1000] if isinstance(answer.values, str) else "the client reported failure"
+            )
             return
         try:
             values = {} if answer.values is None else answer.values

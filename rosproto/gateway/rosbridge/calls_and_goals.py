@@ -149,7 +149,7 @@ class ActionGoals:
     def _enter(self, name: str, asked: SendActionGoal) -> None:
         with self._lock:
             if self._closed:
-                raise Refused("the connection is over")
+                raise Refused("the connection has ended")
             if len(self._goals) >= self._state.limits.goals_per_client:
                 raise Refused(f"{len(self._goals)} goals have not ended, which is the limit for a client")
             if (name, asked.id) in self._goals:
@@ -207,7 +207,7 @@ class ActionGoals:
                     self._clients[name, kind] = client
                 if closed:
                     client.close()
-                    raise Refused("the connection is over")
+                    raise Refused("the connection has ended")
             return client
 
     def _feedback(self, asked: SendActionGoal, _: object, feedback: Message) -> None:

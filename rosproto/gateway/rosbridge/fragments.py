@@ -73,7 +73,7 @@ class Reassembly:
         if not isinstance(id, (str, int)) or isinstance(id, bool):
             raise FragmentError("field id of a fragment is missing or neither a text nor a whole number")
         if not isinstance(data, str):
-            raise FragmentError("field data of a fragment is missing or no text")
+            raise FragmentError("field data of a fragment is missing or not a text")
         try:
             return self._add(id, _whole(num), _whole(total), data, now)
         except FragmentError:
@@ -91,16 +91,14 @@ class Reassembly:
                 raise FragmentError(f"{INCOMPLETE} messages are incomplete already; send one at a time")
             found = self._waiting[id] = _Incomplete(total, now)
         if found.total != total:
-            raise FragmentError(
-                f"a fragment says {total} in all, an earlier one of its message {found.total}"
-            )
+            raise FragmentError(f"a fragment has total {total}, an earlier one of its message {found.total}")
         if num in found.pieces:
-            raise FragmentError(f"fragment {num} came twice")
+            raise FragmentError(f"fragment {num} was received twice")
         found.pieces[num] = data
         found.seen = now
         self.held += _cost(data)
         if self.held > self._max_bytes:
-            raise FragmentError(f"incomplete messages take more than the limit of {self._max_bytes} bytes")
+            raise FragmentError(f"incomplete messages have more than the limit of {self._max_bytes} bytes")
         if len(found.pieces) < total:
             return None
         self._forget(id)

@@ -62,7 +62,7 @@ def unpack(data: str, max_bytes: int = MAX_PICTURE_BYTES) -> str:
     try:
         pixels = decode_png(binascii.a2b_base64(data), max_bytes // 3, MAX_ROWS)
     except ValueError as error:  # binascii.Error is one
-        raise PngError(f"no PNG picture in base64: {error}") from None
+        raise PngError(f"not a PNG picture in base64: {error}") from None
     if pixels.shape[2] != 3:
         raise PngError(f"the picture has {pixels.shape[2]} channels; expected red, green and blue")
     try:

@@ -158,7 +158,7 @@ class Protocol:
         else:
             data = message.get("data")
         if not isinstance(data, str):
-            raise WrongMessage("field data is missing or no text; expected a picture in base64")
+            raise WrongMessage("field data is missing or not a text; expected a picture in base64")
         self._pictures += 1
         if self._pictures > _MAX_PICTURES:
             raise WrongMessage(f"more than {_MAX_PICTURES} pictures in one message; send them one by one")

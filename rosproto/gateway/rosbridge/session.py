@@ -235,7 +235,7 @@ class RosbridgeSession:
         known = self._publications.get(topic)
         if known is not None:
             if (advertised := known.message_class._type) != type_name:
-                raise Refused(f"{topic} is advertised as {advertised} already, not {type_name}")
+                raise Refused(f"{topic} is already advertised as {advertised}, not {type_name}")
             return known
         if len(self._publications) >= self._limits.advertised_per_client:
             raise Refused(f"{len(self._publications)} topics are advertised: the limit for a client")
@@ -315,7 +315,7 @@ class RosbridgeSession:
                 end=Time(asked.end),
             )
         except (TypeError, ValueError, OverflowError) as problem:
-            raise Refused(f"t and end are times in seconds: {problem}") from None
+            raise Refused(f"t and end must be times in seconds: {problem}") from None
         seconds = self._limits.call_seconds
         with self._state.waiting(), self._state.node.service_client(AUTHENTICATE, service) as client:
             if not client.call(request, timeout=seconds).authenticated:

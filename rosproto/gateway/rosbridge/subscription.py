@@ -212,7 +212,7 @@ class TopicSubscription:
         kind = definition_name(asked.type) if asked.type else ""
         with self._lock:
             if kind and self._type and kind != self._type:
-                raise Refused(f"{self.topic} is subscribed as {self._type} already, not {kind[:200]}")
+                raise Refused(f"{self.topic} is already subscribed as {self._type}, not {kind[:200]}")
             self._type = self._type or kind
             self._asked[asked.id] = asked
             self._settings = combined(list(self._asked.values()))

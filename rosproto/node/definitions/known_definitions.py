@@ -126,13 +126,13 @@ class KnownDefinitions:
                 topic, []
             )
         except (RosError, OSError) as error:
-            _log.debug("! %s: nobody can be asked for a definition: %s", topic, error)
+            _log.debug("! %s: no node can be asked for a definition: %s", topic, error)
             return None
         for publisher in [name for name in publishers if name != caller.name][:MAX_ASKED]:
             try:
                 reply = probe_topic(caller, topic, publisher, deadline)
             except (RosError, OSError) as error:
-                _log.debug("! %s: %s does not tell its definition: %s", topic, publisher, error)
+                _log.debug("! %s: %s does not provide its definition: %s", topic, publisher, error)
                 continue
             if reply.md5sum == md5sum and reply.type_name == ours._type:
                 found = self.learn(ours, md5sum, reply.message_definition)

@@ -96,7 +96,7 @@ def note_differences(said: PeerLog, what: str, peer: str, conversion: Conversion
         what,
         peer,
         conversion.source._type,
-        "; ".join(parts) or "all fields have their counterpart",
+        "; ".join(parts) or "every field has a counterpart",
     )
 
 

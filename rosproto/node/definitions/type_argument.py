@@ -85,11 +85,11 @@ def learn_type(name: str, md5sum: str, definition: str, *, topic: str, peer: str
         learned = TopicType(define(name, definition))
     except (DefinitionError, CodecError, ValueError) as error:
         raise RemoteProtocolError(
-            f"{topic}: {peer} describes {name} in a text that cannot be used: {error}"
+            f"{topic}: {peer} sent a definition of {name} that cannot be used: {error}"
         ) from error
     if learned.md5sum != md5sum:
         raise RemoteProtocolError(
             f"{topic}: {peer} announces {name} with md5sum {md5sum}, but the definition it sent has"
-            f" {learned.md5sum}: its messages could be decoded wrongly, so they are not taken"
+            f" {learned.md5sum}: its messages are rejected, because they could be decoded wrongly"
         )
     return learned

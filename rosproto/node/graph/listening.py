@@ -93,7 +93,7 @@ def _answer_http(sock: socket.socket, peer: tuple[str, int]) -> None:
 
     No warning, since the user cannot prevent these calls.
     """
-    _log.debug("! %s:%s made an HTTP request, for whoever had this port before; answered 404", *peer[:2])
+    _log.debug("! %s:%s sent an HTTP request for the previous user of this port; answered 404", *peer[:2])
     try:
         sock.settimeout(0.5)
         sock.recv(1 << 16)  # closing with unread bytes would reset the connection and lose the answer

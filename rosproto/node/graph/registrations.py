@@ -129,7 +129,7 @@ class Registrations:
         assert self._lock.locked()
         if self._closed:  # it would never be unregistered
             raise LocalProtocolError(
-                f"{registration.kind} {registration.name}: the node was closed meanwhile; open another"
+                f"{registration.kind} {registration.name}: the node was closed in the meantime; open another"
             )
         # Remembered first: the master may restart between its answer and our note of it.
         key = (registration.kind, registration.name)

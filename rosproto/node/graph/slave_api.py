@@ -112,7 +112,7 @@ class SlaveApi:
     def _request_topic(self, peer: str, caller_id: str, topic: object, protocols: object) -> Reply:
         """Choose the first protocol of the list that we support; unknown ones are skipped."""
         if not isinstance(protocols, list) or not protocols:
-            raise _BadArgument("parameter [protocols] must be a list that is not empty")
+            raise _BadArgument("parameter [protocols] must be a non-empty list")
         topic = _topic(topic)
         if not self._topics.is_published(topic):
             return [-1, f"Not a publisher of [{topic}]", []]
@@ -127,7 +127,7 @@ class SlaveApi:
                     answer = self._topics.request_datagrams(topic, DatagramRequest.parse(protocol))
                     return [1, f"datagrams of {topic}", answer]
                 except RosError as error:
-                    _log.debug("! %s: no datagrams to %s at %s: %s", topic, caller_id[:200], peer, error)
+                    _log.debug("! %s: no datagrams for %s at %s: %s", topic, caller_id[:200], peer, error)
                     refusal = str(error)
         return [0, refusal, []]
 

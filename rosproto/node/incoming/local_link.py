@@ -101,7 +101,8 @@ class _LocalPipe:
         with self._condition:
             if not self._condition.wait_for(lambda: self._closed or not self._frames, timeout):
                 raise RosTimeout(
-                    f"{self._publication.name}: messages still wait for {self.caller_id}", seconds=timeout
+                    f"{self._publication.name}: {self.caller_id} has not received all messages",
+                    seconds=timeout,
                 )
 
     def close(self, *, deliver: bool = True) -> None:

@@ -146,7 +146,7 @@ class _Caller:
         self._topic = topic
 
     def _log_error(self) -> None:
-        _log.exception("! %s: the callback %r raised; the subscriber goes on", self._topic, self._callback)
+        _log.exception("! %s: the callback %r raised; the subscriber continues", self._topic, self._callback)
 
 
 class CallbackRunner(_Caller):

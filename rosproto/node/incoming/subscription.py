@@ -167,7 +167,7 @@ class Subscription:
         limit = self.context.limits.publishers
         self.context.peer_log.warning(
             self.name,
-            "! %s: the master names %d publishers, only %d of them are connected to (Limits.publishers)",
+            "! %s: the master lists %d publishers; only %d of them are connected (Limits.publishers)",
             self.name,
             len(wanted),
             limit,
@@ -256,7 +256,7 @@ class Subscription:
                 return None
         if reply.md5sum == ANY and known.is_wildcard:
             raise Md5sumMismatch(
-                f"{self.name}: {peer} publishes AnyMsg and does not tell of which type; subscribe with AnyMsg"
+                f"{self.name}: {peer} publishes AnyMsg without stating the type; subscribe with AnyMsg"
                 " (raw=True) for the bytes",
                 name=self.name,
                 peer=peer,

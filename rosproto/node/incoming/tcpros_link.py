@@ -188,7 +188,7 @@ class TcprosLink(PublisherLink):
         host, port = answer[1], answer[2]
         if not isinstance(host, str) or not isinstance(port, int) or not 0 < port < 65536:
             raise RemoteProtocolError(
-                f"{self.topic}: {self.uri} says to connect to {str(answer[1:3])[:100]}, not to host and port"
+                f"{self.topic}: {self.uri} answered {str(answer[1:3])[:100]}; expected host and port"
             )
         return host, port
 

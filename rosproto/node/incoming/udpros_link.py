@@ -113,7 +113,7 @@ class UdprosLink(TcprosLink):
                 continue
             if self._broken_off or self.closed:
                 raise ConnectionLost(
-                    f"{self.topic}: the link to {self.address} was ended here", peer=self.address
+                    f"{self.topic}: the link to {self.address} was closed on this side", peer=self.address
                 )
             try:
                 self._take(datagram)

@@ -184,7 +184,7 @@ def accept(publication: Publication, request: DatagramRequest, *, links: int) ->
     peer, own = sock.getpeername()[:2], sock.getsockname()
     why = ""
     if not context.listening.endpoints.tcpros.allows(peer[0]):
-        why = f"{peer[0]} may not connect (allow=)"
+        why = f"{peer[0]} is not allowed to connect (allow=)"
     elif links >= context.limits.connections:
         why = f"there are {context.limits.connections} connections already (Limits.connections)"
     if why:

@@ -47,7 +47,7 @@ class LargeFrame:
         views = [memoryview(part).cast("B") for part in parts]
         size = sum(view.nbytes for view in views)
         if size > 0xFFFFFFFF:
-            raise CodecError(f"a message of {size} bytes: TCPROS lengths end at 4294967295")
+            raise CodecError(f"a message of {size} bytes is too long: TCPROS allows at most 4294967295")
         if seq is None:
             views.insert(0, memoryview(prefix(size)))
         else:  # a Header and the fields after it are one part, so the first part contains seq

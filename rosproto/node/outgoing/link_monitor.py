@@ -243,7 +243,7 @@ class LinkMonitor:
                     key.data.look(now, before)
                 except Exception:  # the link stays: a zero velocity may be the next message
                     if not self._look_failed:
-                        _log.exception("! the age of unsent bytes is not known: %r", key.data)
+                        _log.exception("! the age of unsent bytes cannot be determined: %r", key.data)
                     self._look_failed = True
 
     def _watch(self, link: QueuedLink, events: int) -> None:
@@ -254,7 +254,7 @@ class LinkMonitor:
         try:
             self._selector.register(link.sock, events, link)
         except (ValueError, KeyError, OSError) as error:
-            _log.debug("! not watched, closed already: %r: %s", link, error)
+            _log.debug("! not watched, already closed: %r: %s", link, error)
 
     def _watch_elsewhere(self, link: QueuedLink, events: int) -> None:
         if self._further is None:

@@ -231,7 +231,7 @@ class Publication:
     def _refuse(self, sock: socket.socket, fields: dict[str, str], address: str, error: RosError) -> None:
         """Report a refusal to the subscriber, the log and the program; closes the socket."""
         if isinstance(error, (ConnectionLost, TimeoutError)):
-            _log.debug("! %s: %s went away during the handshake: %s", self.name, address, error)
+            _log.debug("! %s: %s disconnected during the handshake: %s", self.name, address, error)
             sock.close()
             return
         self.context.peer_log.warning(self.name, "! %s: subscriber refused: %s", self.name, error)

@@ -290,7 +290,7 @@ class QueuedLink:
             if not self._empty.wait_for(lambda: not self._blocked, timeout):
                 raise RosTimeout(
                     f"{self.topic}: {len(self._queue)} messages wait for {self.caller_id or self.address}"
-                    f" after {timeout:g} s; the subscriber is slow or the network is",
+                    f" after {timeout:g} s; the subscriber or the network is slow",
                     what=f"subscriber {self.caller_id}",
                     seconds=timeout,
                 )

@@ -73,7 +73,7 @@ class SubscriberReconnect:
             try:
                 self.announce()
             except RosError as error:
-                _log.debug("! not announced again to %s: %s", self.caller_id, error)
+                _log.debug("! cannot be announced again to %s: %s", self.caller_id, error)
             self.closing.wait(pauses.next())
 
     def _is_done(self, deadline: Deadline) -> bool:
@@ -85,7 +85,7 @@ class SubscriberReconnect:
             try:
                 self.bind(sock)
             except OSError as error:
-                _log.debug("! the end of the connection to %s is not told: %s", self.caller_id, error)
+                _log.debug("! the end of the connection to %s cannot be reported: %s", self.caller_id, error)
                 return True
             sock.settimeout(RETRY_SECONDS)
             try:

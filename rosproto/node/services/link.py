@@ -158,7 +158,7 @@ class ServiceLink:
             self._sock.settimeout(deadline.for_socket())
         if answers.buffered:
             raise RemoteProtocolError(
-                f"service {self._service}: {self.peer} sent {answers.buffered} bytes more than one answer"
+                f"service {self._service}: {self.peer} sent {answers.buffered} bytes after its answer"
             )
         return ok != b"\0", body
 

@@ -430,4 +430,8 @@ class ServiceServer:
             sessions = list(self._sessions)
         for session in sessions:
             if not session.join(deadline.remaining()):
-                logger.warning("service %s: a call of %s still runs; it is cut off", self.name, session.peer)
+                logger.warning(
+                    "service %s: a call from %s is still running; its connection is closed",
+                    self.name,
+                    session.peer,
+                )

@@ -36,7 +36,7 @@ def ask_type(caller: CallerIdentity, definitions: KnownDefinitions, service: str
     """
     name = service_probe.probe(caller, service, Deadline(PROBE_SECONDS)).get("type", "")
     if not name or name == "*":
-        raise ServiceError(service, "its provider does not tell the type; give it")
+        raise ServiceError(service, "its provider does not report the type; specify it")
     return service_class(name, definitions.library_for(name, "srv"))
 
 
@@ -129,7 +129,7 @@ class Services:
             self._refuse_when_closed(name)
             if name in self._servers:
                 raise LocalProtocolError(
-                    f"service {name}: this node provides it already as {self._servers[name][0].type_name};"
+                    f"service {name}: this node already provides it as {self._servers[name][0].type_name};"
                     " close that server first"
                 )
             self._servers[name] = (server, registration)

@@ -152,7 +152,7 @@ def test_fsspec_places(folder: Path) -> None:
             partitions("memory://runs/*.mcap")
         with pytest.raises(BagError, match="cannot be opened"):
             partitions("memory://runs/no.bag")
-        with pytest.raises(BagError, match="fsspec does not reach"):
+        with pytest.raises(BagError, match="fsspec cannot reach"):
             partitions("nowhere://runs/no.bag")
     finally:
         memory.rm("/runs", recursive=True)

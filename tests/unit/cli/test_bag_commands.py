@@ -187,7 +187,7 @@ def test_filter_prints_what_it_looks_at(run: Run, bag: str, tmp_path: Path) -> N
 
 def test_filter_refuses_what_would_destroy_or_run_code(run: Run, bag: str, tmp_path: Path) -> None:
     """The input as output, an existing output, an unknown topic, and code."""
-    assert "is what is read" in run("filter", bag, bag, "True")[1]
+    assert "is the input" in run("filter", bag, bag, "True")[1]
     (tmp_path / "there.bag").write_text("precious")
     assert "already exists" in run("filter", bag, tmp_path / "there.bag")[1]
     assert "no such topic" in run("filter", bag, tmp_path / "x.bag", "--topics", "/nowhere")[1]
@@ -262,7 +262,7 @@ def test_reindex_can_mend_a_copy(run: Run, bag: str, tmp_path: Path) -> None:
     again = ("reindex", "--output-dir", tmp_path / "out", tmp_path / "cut.bag")
     assert "already exists" in run(*again)[1]
     assert run(*again, "-f")[0] == 0
-    assert "is what is read" in run("reindex", "--output-dir", tmp_path, tmp_path / "cut.bag")[1]
+    assert "is the input" in run("reindex", "--output-dir", tmp_path, tmp_path / "cut.bag")[1]
     assert "cannot be copied" in run("reindex", "--output-dir", tmp_path / "no", tmp_path / "cut.bag")[1]
     (tmp_path / "out" / "dead.bag").write_text("old")
     (tmp_path / "dead.bag.active").write_bytes(data)

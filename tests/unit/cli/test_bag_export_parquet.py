@@ -81,7 +81,7 @@ def test_two_topics_do_not_fit_one_file(bag: str, tmp_path: Path, capsys: pytest
 def test_one_form_is_named(bag: str, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     """None or two are refused."""
     assert main(["bag", "export", bag, *words]) != 0
-    assert "name one form" in capsys.readouterr().err
+    assert "name one format" in capsys.readouterr().err
 
 
 def test_what_fails_leaves_nothing(bag: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

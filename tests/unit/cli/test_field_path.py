@@ -59,7 +59,7 @@ def test_malformed(path: str) -> None:
 
 @pytest.mark.parametrize(
     ("path", "says"),
-    [("y", "leaf"), ("leaf/y", "it has: x"), ("ranges[9]", "4 elements"), ("leaf[0]", "not an array")],
+    [("y", "leaf"), ("leaf/y", "it has: x"), ("ranges[9]", "the length is 4"), ("leaf[0]", "not an array")],
 )
 def test_missing(path: str, says: str) -> None:
     """What the message lacks is answered with what it has."""

@@ -108,7 +108,7 @@ def test_graphviz_draws_our_dot(graph: str, tmp_path: Path) -> None:
     [
         (["-o", "g.bmp"], ".svg"),
         (["-o", "g"], "--format"),
-        (["-o", "g.png", "--format", "text"], "leave one of them out"),
+        (["-o", "g.png", "--format", "text"], "omit one of them"),
         (["--format", "png"], "-o FILE.png"),
     ],
 )

@@ -87,7 +87,7 @@ def test_a_line_says_when_how_bad_who_and_what(log: Out) -> None:
 def test_silence_ends_where_a_time_is_given(log: Out) -> None:
     code, _, err = log("echo", "--match", "never said", "--timeout", "0.3")
     assert code == 1
-    assert "no line that is asked for within 0.3 s" in err
+    assert "no matching line within 0.3 s" in err
     assert log("echo", "--node", "/nobody", "--timeout", "0.1")[2].startswith(
         "WARNING: no node is called /nobody"
     )

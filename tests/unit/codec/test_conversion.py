@@ -195,7 +195,7 @@ def test_a_fixed_array_of_another_length_is_refused() -> None:
     """Nothing is cut off and nothing made up; an array of any length takes a fixed one's values."""
     three, two, many = (define("a/F", f"int8[{n}] x\nint8 y") for n in ("3", "2", ""))
     for source, target in [(three, two), (many, two)]:
-        with pytest.raises(ConversionError, match=r"values cannot be carried over"):
+        with pytest.raises(ConversionError, match=r"values cannot be converted"):
             Conversion(source, target)
     assert list(Conversion(three, many)(three(x=[1, 2, 3])).x) == [1, 2, 3]
 

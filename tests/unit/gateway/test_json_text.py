@@ -32,7 +32,7 @@ def test_what_is_read() -> None:
 
 def test_what_is_refused() -> None:
     """With a sentence that goes on after "the message"."""
-    assert refused("{} {}") == "is more than 1 at once; send them one by one"
+    assert refused("{} {}") == "has more than 1 values in a row; send them one by one"
     assert refused('{"op": ') == "is not JSON: Expecting value at character 7"
     assert refused(b"\xff{}") == "is not UTF-8 text: invalid start byte at byte 0"
     assert refused("9" * 5000) == "is not JSON: a number has too many digits"
@@ -54,7 +54,7 @@ def test_values_are_counted_before_they_are_decoded(one: str, monkeypatch: pytes
             raise AssertionError("decoded")
 
     monkeypatch.setattr(json_text, "_decoder", Decoder())
-    assert "values and keys, and at most 100 are taken" in refused("[" + one * 100 + "0]")
+    assert "values and keys, and at most 100 are accepted" in refused("[" + one * 100 + "0]")
     assert "at most 100" in refused(("[" + one * 100 + "0]").encode())
 
 

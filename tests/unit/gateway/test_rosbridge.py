@@ -688,7 +688,7 @@ def test_a_velocity_that_waits_is_not_published_after_another_client_s_zero(
         other.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.0}})
         until(lambda: len(velocities) == 1)
         go_on.set()
-        assert "a zero came after it" in driver.op("status")["msg"]
+        assert "a zero was received while it waited" in driver.op("status")["msg"]
     assert velocities == [0.0]
     driver.send(op="publish", topic="/cmd_vel", msg={"linear": {"x": 0.25}})
     until(lambda: len(velocities) >= 2)

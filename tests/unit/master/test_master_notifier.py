@@ -294,7 +294,7 @@ def test_without_a_further_thread_the_running_one_serves_everybody(
     go.set()
     assert notifier.wait_until_quiet(DEADLINE)
     assert [note.uri for note in nodes.calls] == ["http://one/", "http://two/", "http://three/"]
-    assert "no further thread for notifications" in caplog.text
+    assert "cannot start another thread for notifications" in caplog.text
 
 
 def test_the_list_of_silent_nodes_is_bounded(

@@ -65,7 +65,7 @@ def test_the_same_topic_with_another_type_is_an_error(nodes: tuple[Node, Node]) 
         a.publisher("/one_type", "std_msgs/Int32")
     with pytest.raises(LocalProtocolError, match="std_msgs/String"):
         a.subscriber("/one_type", "std_msgs/Int32")
-    with pytest.raises(LocalProtocolError, match="definite type"):
+    with pytest.raises(LocalProtocolError, match="specific type"):
         a.publisher("/no_type", None)
 
 
@@ -287,6 +287,6 @@ def test_a_callback_that_cannot_be_called_is_an_error_at_once(master: Master, wr
             lambda: node.publisher("/t", String, header=wrong),
             lambda: node.params.subscribe("/t", wrong),
         ):
-            with pytest.raises(TypeError, match=r"/t is a function, not "):
+            with pytest.raises(TypeError, match=r"/t must be a function, not "):
                 call()
         assert node.master.get_system_state().nodes == []

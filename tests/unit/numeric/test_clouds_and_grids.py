@@ -119,7 +119,7 @@ def test_grids() -> None:
     assert np.array_equal(grid_to_array(rospy), cells)
     assert (received.info.width, received.info.height, received.info.origin.orientation.w) == (3, 2, 1.0)
     received.info.width = 4
-    with pytest.raises(ValueError, match="a grid of 4x2 has 8 cells, but data hold 6"):
+    with pytest.raises(ValueError, match="a grid of 4x2 has 8 cells, but data has 6"):
         grid_to_array(received)
     with pytest.raises(ValueError, match=r"-1\.\.100"):
         array_to_grid(np.array([[101]]), 0.05)

@@ -31,7 +31,7 @@ def test_names_are_rosbags() -> None:
     assert re.fullmatch(r"run_\d{4}(-\d\d){5}_3\.bag", bag_name("run.bag", number=3))
     assert bag_name("dir/x", dated=False) == "dir/x.bag"
     assert bag_name("x.bag", dated=False, number=0) == "x_0.bag"
-    with pytest.raises(ValueError, match="without name"):
+    with pytest.raises(ValueError, match="the bag has no name"):
         bag_name(dated=False)
 
 

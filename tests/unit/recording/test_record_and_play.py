@@ -214,7 +214,7 @@ def test_the_clock_of_the_bag(nodes, bag):
 
 
 def test_a_rate_must_be_positive_and_topics_must_be_there(nodes, bag):
-    with pytest.raises(ValueError, match="more than 0"):
+    with pytest.raises(ValueError, match="greater than 0"):
         Player(nodes[0], bag, rate=0)
     with pytest.raises(BagError, match="no messages on topic '/nowhere'"):
         Player(nodes[0], bag, topics=["/nowhere"])

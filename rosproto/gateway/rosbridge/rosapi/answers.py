@@ -177,7 +177,7 @@ def _fields(type_name: str, args: object) -> dict[str, str]:
             raise RosapiError(f"rosapi/{type_name}.{name}: expected a string, got a {type(value).__name__}")
         if len(value) > MAX_TEXT_CHARACTERS:
             raise RosapiError(
-                f"rosapi/{type_name}.{name}: {len(value)} characters, {MAX_TEXT_CHARACTERS} are the most"
+                f"rosapi/{type_name}.{name}: {len(value)} characters; expected at most {MAX_TEXT_CHARACTERS}"
             )
         fields[name] = value
     return fields
@@ -227,7 +227,7 @@ def provide(node: Node, rosapi: Rosapi) -> ProvidedRosapi:
             raise
     else:
         raise ServiceError(
-            "/rosapi/topics", "another node provides it already; end that one, or leave /rosapi to it"
+            "/rosapi/topics", "another node already provides it; end that one, or leave /rosapi to it"
         )
     servers: list[ServiceServer] = []
     try:

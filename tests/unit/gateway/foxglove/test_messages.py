@@ -78,9 +78,9 @@ def test_values_of_parameters(field: dict[str, Any], value: object) -> None:
 
 
 WRONG: tuple[tuple[str, str], ...] = (
-    ("", "no JSON object"),
+    ("", "not a JSON object"),
     ("x", "not JSON"),
-    ("[]", "no JSON object"),
+    ("[]", "not a JSON object"),
     ("{}", "op is missing"),
     ('{"op": 5}', "op is 5"),
     ('{"op": ["subscribe"]}', "op is"),

@@ -63,7 +63,7 @@ def test_numbers_that_mean_nothing(ground: Ground) -> None:
     viewer.subscribe("/a")
     viewer.message("/a")
     viewer.send("subscribe", subscriptions=[{"id": 50, "channelId": number}])
-    viewer.status("/a", "followed already")
+    viewer.status("/a", "already subscribed to")
     viewer.send("subscribe", subscriptions=[{"id": 1, "channelId": number}])
     viewer.socket.send(b"\x02" + (99).to_bytes(4, "little") + bytes(4) + (4).to_bytes(4, "little") + b"ros1")
     assert viewer.document("serviceCallFailure", serviceId=99)["callId"] == 0
@@ -88,7 +88,7 @@ def test_a_number_is_in_use_until_it_is_given_back(ground: Ground) -> None:
     viewer.wait(lambda one: isinstance(one, tuple) and one[0] == "message" and one[2] == data)
     channel = {"id": 3, "topic": "/say", "encoding": "ros1", "schemaName": "std_msgs/String"}
     viewer.send("advertise", channels=[channel, channel])
-    viewer.status("channel 3 is advertised already")
+    viewer.status("channel 3 is already advertised")
     heard.wait_for_connection(5)
     viewer.send("unadvertise", channelIds=[3])
     viewer.send("advertise", channels=[channel])

@@ -61,7 +61,7 @@ def test_wrong_fields(wrong: dict[str, Any]) -> None:
 
 def test_a_fragment_that_contradicts() -> None:
     """Twice the same, or another total: the whole message is given up."""
-    for second, why in ((part(0, 3), "fragment 0 came twice"), (part(1, 4), "says 4 in all")):
+    for second, why in ((part(0, 3), "fragment 0 was received twice"), (part(1, 4), "has total 4")):
         pending = Reassembly(10_000)
         pending.add(part(0, 3), 0.0)
         with pytest.raises(FragmentError, match=why):

@@ -46,10 +46,10 @@ def picture(width: int, height: int, raw: bytes, *, kind: int = 2, depth: int = 
 @pytest.mark.parametrize(
     ("data", "why"),
     [
-        ("%%%", "no PNG picture in base64"),
-        ("AAAAA", "no PNG picture in base64"),
-        ("", "no PNG picture in base64: not a PNG picture"),
-        ("Ä", "no PNG picture in base64"),
+        ("%%%", "not a PNG picture in base64"),
+        ("AAAAA", "not a PNG picture in base64"),
+        ("", "not a PNG picture in base64: not a PNG picture"),
+        ("Ä", "not a PNG picture in base64"),
         (picture(60_000, 60_000, b"\0" * 1000), "60000 x 60000 pixels; expected 1 to"),
         (picture(1, 5000, b"\0\0\0\0" * 5000), "5000 rows of pixels; expected at most 4096"),
         (picture(10, 10, b"\0" * 5), "cut short"),

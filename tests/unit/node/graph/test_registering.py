@@ -271,7 +271,7 @@ def test_a_node_that_is_closed_meanwhile_says_so(master: Master) -> None:
     block.__enter__()
     node.publisher("/a", "std_msgs/String")
     node.close()
-    with pytest.raises(LocalProtocolError, match="closed meanwhile"):
+    with pytest.raises(LocalProtocolError, match="closed in the meantime"):
         block.__exit__(None, None, None)
     assert not registered(master, "/a")
 

@@ -178,7 +178,7 @@ def test_nothing_is_registered_for_a_node_that_has_left(table: Registrations) ->
     """Another thread subscribes while the node closes: nobody would take that back any more."""
     log: list[str] = []
     table.unregister_all(Deadline(5.0), None)  # type: ignore[arg-type]
-    with pytest.raises(LocalProtocolError, match="closed meanwhile"):
+    with pytest.raises(LocalProtocolError, match="closed in the meantime"):
         table.add(Thing("publisher", "/late", log))
     assert (log, len(table)) == ([], 0)
 

@@ -252,7 +252,7 @@ def test_a_request_that_makes_no_sense_or_may_not_be_made(master: Master) -> Non
         assert client.request_topic("/words", [protocol("127.0.0.1", "/one")])[0] == "UDPROS"
         for request, why in (
             (["UDPROS"], "is \\[UDPROS"),
-            (protocol("127.0.0.2", "/other"), "127.0.0.2 may not connect"),
+            (protocol("127.0.0.2", "/other"), "127.0.0.2 is not allowed to connect"),
             (protocol("127.0.0.1", "/two"), "1 connections already"),
         ):
             with pytest.raises(MasterError, match=why):

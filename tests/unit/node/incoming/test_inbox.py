@@ -252,4 +252,4 @@ def test_an_exception_in_a_callback_is_logged_and_the_next_message_comes(caplog)
         threading.Event().wait(0.01)
     inbox.close()
     assert seen == [1, 2, 3]
-    assert "the subscriber goes on" in caplog.text
+    assert "the subscriber continues" in caplog.text

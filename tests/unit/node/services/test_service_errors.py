@@ -222,7 +222,7 @@ def test_a_request_of_the_wrong_type_is_the_callers_mistake(node):
 
 def test_two_servers_for_one_service_in_a_node_are_refused(node):
     server = node.service_server("/set", SetBool, tell)
-    with pytest.raises(LocalProtocolError, match="provides it already"):
+    with pytest.raises(LocalProtocolError, match="already provides it"):
         node.service_server("/set", Trigger, tell)
     server.close()
     node.service_server("/set", Trigger, lambda request: (True, "new"))

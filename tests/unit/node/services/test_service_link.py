@@ -155,7 +155,7 @@ def test_an_enormous_answer_is_refused_before_it_is_read(pair):
 
 def test_two_answers_to_one_request_break_the_protocol(pair):
     pair[1].send(answer(b"a") + answer(b"b"))
-    with pytest.raises(RemoteProtocolError, match="6 bytes more"):
+    with pytest.raises(RemoteProtocolError, match="6 bytes after"):
         link_on(pair[0]).call(b"x", Deadline(10))
 
 
