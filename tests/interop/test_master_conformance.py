@@ -435,7 +435,7 @@ def test_publisher_updates_are_those_of_rosmaster(debian: str, ours: str) -> Non
 # -- on purpose different ------------------------------------------------------------------------------------
 
 
-@pytest.mark.promise("rosmaster takes an `i8` it cannot give back")
+@pytest.mark.promise("rosmaster accepts an `i8` that it cannot return")
 def test_a_value_beyond_32_bits_is_refused_where_rosmaster_breaks(debian: str, ours: str) -> None:
     """rosmaster says yes and answers every later getParam with a Fault."""
     body = (

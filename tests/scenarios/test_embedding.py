@@ -219,7 +219,7 @@ print(modules, "modules")
 """
 
 
-@pytest.mark.promise("A program that imports a library keeps its")
+@pytest.mark.promise("A library leaves the time-outs, signals and streams")
 def test_importing_changes_nothing() -> None:
     """Every module, imported: threads, files, signals, environment, logging, hooks and what else a program has."""
     needs("web")

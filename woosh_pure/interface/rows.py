@@ -472,7 +472,7 @@ _PACKAGE_CALLS = (
         "woosh_msgs/InitPose",
         "service",
         "call",
-        "tells the localisation where the robot is, and answers whether it took it",
+        "tells the localisation where the robot is, and answers whether it was accepted",
         "m, rad; map",
         source="package",
         providers=(_LOC,),

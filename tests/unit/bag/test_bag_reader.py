@@ -76,7 +76,7 @@ def test_a_span_of_time_includes_both_ends(start, end):
     assert plain(read(bag_bytes(what)).read_messages(None, start, end, raw=True)) == expected
 
 
-@pytest.mark.promise("Messages in a chunk are in no order")
+@pytest.mark.promise("Neither the messages in a chunk nor the chunks are ordered")
 def test_messages_written_out_of_order_come_in_the_order_of_time():
     what = entries(300)
     shuffled = [what[i * 97 % 300] for i in range(300)]

@@ -48,7 +48,7 @@ def test_constants_are_class_attributes() -> None:
     assert (cls.LOW, cls.HALF, cls.TEXT, cls.YES) == (-5, 0.5, "a # b", True)  # type: ignore[attr-defined]
 
 
-@pytest.mark.promise("Comments hold any bytes, and fields may be")
+@pytest.mark.promise("Comments hold any bytes, and fields may have")
 def test_a_field_may_be_named_like_a_python_keyword() -> None:
     """woosh_msgs/NavMode has a field `in`; it is reached with getattr, `**{}` and as `in_`."""
     cls = define("a/B", "int8 in\nstring class\nuint16[] import\ntime None\nfloat32 serialize")

@@ -150,7 +150,7 @@ def test_keywords_and_other_names_of_python_are_legal() -> None:
     assert [f.name for f in spec.fields] == ["in", "class", "None", "self", "serialize"]
 
 
-@pytest.mark.promise("Comments hold any bytes, and fields may be")
+@pytest.mark.promise("Comments hold any bytes, and fields may have")
 def test_texts_may_hold_anything_in_comments() -> None:
     """Quotes, back-ticks, other alphabets and bytes that are not UTF-8 (wire.md, fact 43)."""
     text = 'int32 a # `rm` """ \'\'\' \\ \u4e2d\u6587 \udcff\nstring S=\'"""\\\n'

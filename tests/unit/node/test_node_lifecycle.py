@@ -161,7 +161,7 @@ def test_waiting_to_verify_does_not_spin_while_the_master_is_away(monkeypatch: p
         assert min(looks[n + 1] - looks[n] for n in range(1, len(looks) - 1)) > 0.08
 
 
-@pytest.mark.promise("`ROS_HOSTNAME` goes before `ROS_IP`")
+@pytest.mark.promise("`ROS_HOSTNAME` takes precedence over `ROS_IP`")
 def test_the_node_follows_its_address(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another address towards the master: servers and registrations move, links come back."""
     address = ["127.0.0.1"]

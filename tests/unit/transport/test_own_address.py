@@ -26,7 +26,7 @@ def test_no_route_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
         local_address_towards("10.0.0.7", 11311)
 
 
-@pytest.mark.promise("`ROS_HOSTNAME` goes before `ROS_IP`")
+@pytest.mark.promise("`ROS_HOSTNAME` takes precedence over `ROS_IP`")
 @pytest.mark.parametrize(
     ("environment", "specials", "host"),
     [
