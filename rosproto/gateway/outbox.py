@@ -14,6 +14,7 @@ from collections import Counter, OrderedDict, deque
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
+from rosproto.deprecation import former_parameters
 from rosproto.gateway.client_limits import GatewayLimits
 
 T = TypeVar("T")
@@ -79,6 +80,7 @@ class Outbox(Generic[T]):
         if was_empty and self._wake is not None:
             self._wake()
 
+    @former_parameters(most="max_bytes")
     def take(self, max_bytes: int | None = None) -> T | None:
         """The oldest payload; None when there is none, or when it has more than `max_bytes` bytes."""
         with self._lock:

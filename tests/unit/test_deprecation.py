@@ -8,6 +8,7 @@ import pytest
 
 from rosproto.aio import Pool
 from rosproto.deprecation import former_attribute, former_names, former_parameters
+from rosproto.gateway import Outbox
 from rosproto.node import MasterClient, Node
 from rosproto.recording import Recorder
 from rosproto.tf import History
@@ -86,3 +87,5 @@ def test_the_parameters_of_the_last_release_are_taken() -> None:
         assert (pool.most, pool.idle_seconds) == (3, 10.0)
     with pytest.raises(TypeError, match="node"), pytest.warns(DeprecationWarning, match="min_free_bytes="):
         Recorder(least_free_bytes=1)
+    with pytest.raises(TypeError, match="self"), pytest.warns(DeprecationWarning, match="max_bytes="):
+        Outbox.take(most=1)

@@ -314,7 +314,7 @@ PUBLISHES = {
     ("velocity_watchdog.py", "VelocityWatchdog.publish"): 2,
     ("velocity_watchdog.py", "VelocityWatchdog._send"): 1,  # its own zeros
     ("client_publications.py", "_EarlyMessages.publish"): 1,  # no velocities: see `ClientPublications.open`
-    ("client_publications.py", "_EarlyMessages.connected"): 1,
+    ("client_publications.py", "_EarlyMessages._catch_up"): 1,
     ("client_publications.py", "ClientPublication.publish"): 2,  # to the two above
     ("rosbridge/session.py", "RosbridgeSession._publish"): 1,  # a `ClientPublication`
     ("foxglove/client_publish.py", "ClientPublisher.publish_at_once"): 2,  # to the one below
