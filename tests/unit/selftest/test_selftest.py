@@ -66,7 +66,7 @@ def test_a_master_that_forgets_is_found(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(registry.Registry, "topic_types", lambda self: registry.Answer(1, "", []))
     state, text = outcome_of("master")
     assert state is State.FAILED
-    assert text.startswith("the topics: {} came")
+    assert text.startswith("the topics: received {}")
 
 
 def test_nodes_that_do_not_answer_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
