@@ -7,7 +7,7 @@ from __future__ import annotations
 import io
 import threading
 import time
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -17,10 +17,6 @@ from woosh_pure.feed.feed import Feed, Reading
 from woosh_pure.interface.schema import Row
 from woosh_pure.values.state import Image
 from woosh_pure.web.optional_libraries import pillow
-
-if TYPE_CHECKING:
-    pass
-
 
 T = TypeVar("T")
 CAMERAS = {"color": interface.find("camera"), "depth": interface.find("depth")}
