@@ -394,6 +394,7 @@ def test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive(sim, unt
         with chassis.velocity(bypasses_protection=True) as drive:
             with pytest.raises(MotionRefused, match=r"stood still.*emergency stop"):
                 drive.hold(0.1, seconds=20.0)
+            until(lambda: sim.world._active_command().is_standing(0.0, 0.0))  # the zero is on its way
             sim.release_emergency_stop()
             chassis.measured_velocity.wait(5.0)
             assert sim.world.body.velocity.is_standing(0.0, 0.0)
