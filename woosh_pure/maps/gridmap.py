@@ -102,11 +102,11 @@ class GridMap:
         """Read map_server's YAML and its image: PGM, PPM or PNG, in any of the three modes.
 
         The image's path is relative to the YAML. Mode raw keeps the image's numbers. With `beside`, for files
-        from
-        untrusted sources, the image must be beside the YAML: its folder is ignored.
+        from untrusted sources, the image must be beside the YAML: its folder is ignored. A warning is logged
+        when free_thresh makes cells free that map_saver wrote as unknown.
 
         Raises:
-            ValueError: A file is invalid; the message says which one and why.
+            ValueError: A file is invalid, or a number is out of range; the message says which one and why.
             OSError: A file cannot be read.
         """
         from woosh_pure.maps.mapfiles import read_map
@@ -118,7 +118,14 @@ class GridMap:
             raise ValueError(say("{yaml_path}: {error}", yaml_path=yaml_path, error=error)) from error
 
     def save(self, yaml_path: str | Path) -> tuple[Path, Path]:
-        """Write `name.yaml` and `name.pgm` as map_saver does; returns both paths."""
+        """Write `name.yaml` and `name.pgm` as map_saver does; returns both paths.
+
+        The endings .yaml, .yml, .pgm and .png are not part of the name.
+
+        Raises:
+            ValueError: The name is empty, or has characters that are not printable.
+            OSError: A file cannot be written.
+        """
         from woosh_pure.maps.mapfiles import write_map
 
         return write_map(Path(yaml_path), self.to_grey(), self.resolution, self.origin)

@@ -6,6 +6,7 @@ Images are PGM or PPM (plain or raw) or PNG. The three modes are read as by map_
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import struct
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rosproto.files import read_text, write_file
+from rosproto.logs import get_logger
 from rosproto.numeric import decode_png, is_png
 from rosproto.sentence import say
 from rosproto.typed_values import parse_value
@@ -23,14 +25,17 @@ from woosh_pure.geometry import Pose2D
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-
+_log = get_logger("woosh_pure.maps")
 _MODES = ("trinary", "scale", "raw")
+_ENDINGS = (".yaml", ".yml", ".pgm", ".png")
+_PLAIN_NAME = re.compile(r"\w[\w .-]*")  # without YAML's syntax
+_UNKNOWN_GREY = 205  # of map_saver, also of nav2's in mode trinary
 _CHANNELS = {b"P2": 1, b"P5": 1, b"P3": 3, b"P6": 3}
 _PLAIN = (b"P2", b"P3")
 _HEAD_BYTES = 1 << 16
 _SPARE_BYTES = 16 << 20  # for comments, colour profiles and the like
 _PNG_SIZE = struct.Struct(">II")
-_COMMENT = re.compile(r"""("[^"]*(?:"|$)|'[^']*(?:'|$))|(?<!\S)#.*""")
+_COMMENT = re.compile(r"""(?<![^\s\[,:])("(?:\\.|[^"\\])*(?:"|$)|'[^']*(?:'|$))|(?<!\S)#.*""")
 """A text in quotes, which is kept, or a comment: "#" at the start or after a blank."""
 _SPACE = rb"(?:\s|#[^\n]*\n)"
 _PNM_HEAD = re.compile(_SPACE + rb"*(P[2356])" + (_SPACE + rb"+([0-9]{1,9})") * 3 + rb"(?=[\s#]|\Z)")
@@ -44,23 +49,36 @@ def read_map(
     image = fields["image"]
     if beside:
         image = image.replace("\\", "/").rpartition("/")[2]
+    mode, negate = _mode(fields, yaml_path), _truth(fields.get("negate", 0), yaml_path)
+    free, occupied = _thresholds(fields, mode, yaml_path)
+    resolution, origin = _number(fields, "resolution", 0.0, yaml_path), _origin(fields["origin"], yaml_path)
     pixels = _read_image(yaml_path.parent / image, limit_cells)
-    cells = _cells_of(
-        pixels,
-        mode=_mode(fields, yaml_path),
-        negate=_truth(fields.get("negate", 0), yaml_path),
-        occupied=_number(fields, "occupied_thresh", 0.65, yaml_path),
-        free=_number(fields, "free_thresh", 0.196, yaml_path),
-    )
-    return cells, _number(fields, "resolution", 0.0, yaml_path), _origin(fields["origin"], yaml_path)
+    grey = _grey_of(pixels, mode=mode, negate=negate)
+    cells = _cells_of(pixels, grey, mode=mode, occupied=occupied, free=free)
+    if mode == "trinary" and (unknown := int((cells[::-1][grey == _UNKNOWN_GREY] == 0).sum())):
+        _log.warning(
+            "%s",
+            say(
+                "{path}: free_thresh {free} makes {unknown} cells free that map_saver wrote as unknown "
+                "(grey 205); to keep them unknown, write free_thresh: 0.196",
+                path=yaml_path,
+                free=free,
+                unknown=unknown,
+            ),
+        )
+    return cells, resolution, origin
 
 
 def write_map(
     yaml_path: Path, grey: NDArray[np.uint8], resolution: float, origin: Pose2D
 ) -> tuple[Path, Path]:
     """Write a map; see `GridMap.save`."""
-    yaml_path = yaml_path.with_suffix(".yaml")
-    image = yaml_path.with_suffix(".pgm")
+    name = yaml_path.stem if yaml_path.suffix in _ENDINGS else yaml_path.name
+    if not (name and name.isprintable()):
+        raise ValueError(
+            say("{name!r} cannot be the name of a map; give one of printable characters", name=name)
+        )
+    yaml_path, image = yaml_path.with_name(f"{name}.yaml"), yaml_path.with_name(f"{name}.pgm")
     height, width = grey.shape
     head = f"P5\n# {resolution:.3f} m/pix\n{width} {height}\n255\n"
     write_file(image, head.encode("ascii") + grey.tobytes())
@@ -70,8 +88,10 @@ def write_map(
 
 def yaml_of(image: str, resolution: float, origin: Pose2D) -> str:
     """Return the YAML of a map in mode trinary whose image has map_saver's greys."""
+    # JSON's texts are YAML.
+    name = image if _PLAIN_NAME.fullmatch(image) else json.dumps(image, ensure_ascii=False)
     return (
-        f"image: {image}\nresolution: {resolution:.6f}\n"
+        f"image: {name}\nresolution: {resolution:.6f}\n"
         f"origin: [{origin.x:.6f}, {origin.y:.6f}, {origin.yaw:.6f}]\n"
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
     )
@@ -85,8 +105,7 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     fields: dict[str, Any] = {}
     for key, text in _entries(path).items():
         try:
-            # The text between the quotes: YAML would treat the backslashes of a Windows path as escapes.
-            fields[key] = text.strip("\"'") if key == "image" else parse_value(text)
+            fields[key] = _image_name(text) if key == "image" else parse_value(text)
         except ValueError as error:
             raise ValueError(say("{path}: {key} {error}", path=path, key=key, error=error)) from None
     missing = {"image", "resolution", "origin"} - fields.keys()
@@ -99,6 +118,21 @@ def _read_yaml(path: Path) -> dict[str, Any]:
             )
         )
     return fields
+
+
+def _image_name(text: str) -> str:
+    """A plain or quoted text; backslashes in double quotes that cannot be YAML's escapes are of Windows."""
+    if text[:1] not in ("'", '"'):
+        return text
+    try:
+        name = parse_value(text)
+    except ValueError:
+        if text[0] != '"' or not text.endswith('"'):
+            raise
+    else:
+        if isinstance(name, str) and name.isprintable():
+            return name
+    return text[1:-1]
 
 
 def _entries(path: Path) -> dict[str, str]:
@@ -135,6 +169,24 @@ def _number(fields: dict[str, Any], key: str, default: float, path: Path) -> flo
     if not math.isfinite(number):
         raise ValueError(say("{path}: {key} {value!r} is not a number", path=path, key=key, value=value))
     return number
+
+
+def _thresholds(fields: dict[str, Any], mode: str, path: Path) -> tuple[float, float]:
+    """free_thresh and occupied_thresh: shares of black. map_server takes any number."""
+    free = _number(fields, "free_thresh", 0.196, path)
+    occupied = _number(fields, "occupied_thresh", 0.65, path)
+    if mode != "raw" and not 0 <= free <= occupied < 1:
+        raise ValueError(
+            say(
+                "{path}: free_thresh {free} and occupied_thresh {occupied} would lose walls or free space; "
+                "expected 0 <= free_thresh <= occupied_thresh < 1 (0 is white, 1 is black), "
+                "for example map_saver's 0.196 and 0.65",
+                path=path,
+                free=free,
+                occupied=occupied,
+            )
+        )
+    return free, occupied
 
 
 def _float(value: object) -> float:
@@ -178,6 +230,16 @@ def _origin(value: object, path: Path) -> Pose2D:
                 value=value,
             )
         ) from None
+    if math.isfinite(yaw) and abs(yaw) > math.tau:
+        raise ValueError(
+            say(
+                "{path}: the origin's yaw {yaw} is more than one turn; it is in radians: "
+                "{yaw} degrees are {radians:.6f}",
+                path=path,
+                yaw=yaw,
+                radians=math.radians(yaw),
+            )
+        )
     return Pose2D(x, y, yaw)
 
 
@@ -256,22 +318,27 @@ def _pnm_head(data: bytes) -> tuple[bytes, tuple[int, int, int], int]:
 # -- cells ---------------------------------------------------------------------------------------------------
 
 
-def _cells_of(
-    pixels: NDArray[np.uint8], *, mode: str, negate: bool, occupied: float, free: float
-) -> NDArray[np.int8]:
-    has_alpha = pixels.shape[2] in (2, 4)
+def _has_alpha(pixels: NDArray[np.uint8]) -> bool:
+    return pixels.shape[2] in (2, 4)
+
+
+def _grey_of(pixels: NDArray[np.uint8], *, mode: str, negate: bool) -> NDArray[np.int64]:
     # image_loader.cpp: trinary mode treats alpha as another colour, the other modes do not.
-    colours = pixels if mode == "trinary" or not has_alpha else pixels[:, :, :-1]
+    colours = pixels if mode == "trinary" or not _has_alpha(pixels) else pixels[:, :, :-1]
     grey = colours.sum(axis=2, dtype=np.int64) // colours.shape[2]
-    if negate:
-        grey = 255 - grey
+    return 255 - grey if negate else grey
+
+
+def _cells_of(
+    pixels: NDArray[np.uint8], grey: NDArray[np.int64], *, mode: str, occupied: float, free: float
+) -> NDArray[np.int8]:
     if mode == "raw":
         return np.ascontiguousarray(grey.astype(np.uint8).view(np.int8)[::-1])
     share = (255 - grey) / 255.0
     cells = np.full(grey.shape, -1, np.int8)
     if mode == "scale":
         between = 99.0 * (share - free) / max(occupied - free, 1e-9)
-        seen = pixels[:, :, -1] > 0 if has_alpha else np.ones(grey.shape, bool)
+        seen = pixels[:, :, -1] > 0 if _has_alpha(pixels) else np.ones(grey.shape, bool)
         cells[seen] = np.clip(between, 0.0, 99.0).astype(np.int8)[seen]
     cells[share < free] = 0
     cells[share > occupied] = 100

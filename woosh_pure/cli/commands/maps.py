@@ -85,16 +85,15 @@ def _show_map(args: Namespace, out: Output) -> None:
 
 
 def _save_map(args: Namespace, out: Output) -> None:
-    target = args.out.with_suffix("") if args.out.suffix in (".yaml", ".pgm", ".png") else args.out
-    if not target.parent.is_dir():
-        raise ValueError(say("{parent} is not a directory; create it first", parent=target.parent))
+    if not args.out.parent.is_dir():
+        raise ValueError(say("{parent} is not a directory; create it first", parent=args.out.parent))
     with connect(args, out) as chassis:
         for name in ("pose", "scan", "velocity", "plan", "tf_static"):
             chassis.feed(name).open()  # received while the map is fetched
         grid = _get_map(chassis, out)
-        files = [*grid.save(target.parent / f"{target.name}.yaml")]
+        files = [*grid.save(args.out)]
         if not args.no_png:
-            files.append(target.parent / f"{target.name}.png")
+            files.append(files[0].with_suffix(".png"))
             write_file(files[-1], _draw_map(chassis, grid, args.listen, out))
     _say_size(grid, out)
     for file in files:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import struct
+import sys
 import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rosproto.numeric.pngfile import decode_png
+from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 
 YAML = "image: m.pgm\nresolution: 0.05\norigin: [-1.5, 2.0, 0.25]\n"
@@ -85,8 +88,9 @@ def test_mode_scale_keeps_what_lies_between(tmp_path):
     assert cells[0].tolist() == [int(99 * (50 / 255 - 0.1) / 0.55), int(99 * (155 / 255 - 0.1) / 0.55)]
 
 
-def test_mode_raw_is_the_image_itself(tmp_path):
+def test_mode_raw_is_the_image_itself_whatever_the_thresholds(tmp_path):
     image = b"P5\n2 2\n255\n" + bytes([0, 100, 50, 255])
+    assert load(tmp_path, YAML + "mode: raw\nfree_thresh: 100\n", image).width == 2
     assert load(tmp_path, YAML + "mode: raw\n", image).cells.tolist() == [[50, -1], [0, 100]]
 
 
@@ -101,6 +105,14 @@ def test_mode_raw_is_the_image_itself(tmp_path):
         ("{not a map\n", None, "not a line of a map file"),
         (YAML + "mode: odd\n", None, "trinary, scale, raw"),
         (YAML + "negate: perhaps\n", None, "neither 0 nor 1"),
+        (YAML.replace("m.pgm", "'m.pgm"), None, "closing '"),
+        (YAML + "free_thresh: 19.6\noccupied_thresh: 65\n", None, r"m\.yaml: free_thresh 19\.6 .* < 1"),
+        (YAML + "occupied_thresh: 1.0\n", None, "occupied_thresh 1.0 would lose walls"),
+        (YAML + "occupied_thresh: 0.196\nfree_thresh: 0.65\n", None, "0 <= free_thresh <= occupied_thresh"),
+        (YAML + "free_thresh: -0.1\n", None, "free_thresh -0.1"),
+        (YAML + "mode: scale\noccupied_thresh: 0.1\n", None, "free_thresh 0.196 and occupied_thresh 0.1"),
+        (YAML.replace("0.25", "90"), None, "yaw 90.0 .* radians: 90.0 degrees are 1.570796"),
+        (YAML.replace("0.25", "-6.3"), None, "yaw -6.3 is more than one turn"),
         (YAML, b"P5\n2 2\n255\nab", "cut short"),
         (YAML, b"P2\n2 2\n255\n0 1 2", "cut short"),
         (YAML, b"P2\n2 2\n255\n0 1 2 x", "not a number"),
@@ -122,6 +134,77 @@ def test_a_missing_image_is_named(tmp_path):
     (tmp_path / "m.yaml").write_text(YAML)
     with pytest.raises(FileNotFoundError, match=r"m\.pgm"):
         GridMap.load(tmp_path / "m.yaml")
+
+
+def test_a_threshold_that_makes_the_unknown_free_is_told(tmp_path, caplog):
+    """nav2's map_saver wrote 0.25 beside map_saver's grey 205."""
+    assert load(tmp_path, YAML + "free_thresh: 0.25\n").cells.tolist() == [[0, -1], [100, 0]]
+    assert "0.25 makes 1 cells free that map_saver wrote as unknown" in caplog.text
+    caplog.clear()
+    load(tmp_path, YAML + "free_thresh: 0.25\n", b"P5\n2 2\n255\n" + bytes([0, 254, 200, 100]))
+    load(tmp_path, YAML + "free_thresh: 0.25\nmode: scale\n")
+    assert not caplog.text
+
+
+# -- names ---------------------------------------------------------------------------------------------------
+
+GRID = GridMap(np.array(CELLS, np.int8), 0.05, Pose2D(-1.5, 2.0, 0.25))
+WINDOWS_REFUSES = set('<>:"/\\|?*')
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "hall #2", "'q", "it's #3", "[1]", "[1", "a: b", "- x", "%TAG", "{x}", "&a", "*a", "!a", "|", ">", "@", "`",
+        '"', 'a"b #c', '" #c', 'say "x"', " blank ", "~", "true", "12", "-1", "---", "...", "#", "a\\tb", "?", "é: ü", "大厅",
+    ],
+)  # fmt: skip
+def test_a_saved_map_of_any_name_is_read_again_here_and_by_yaml(tmp_path, name):
+    if sys.platform == "win32" and (WINDOWS_REFUSES & set(name) or name.endswith((" ", "."))):
+        pytest.skip("Windows does not allow this name of a file")
+    sheet, image = GRID.save(tmp_path / name)
+    assert (sheet.name, image.name) == (f"{name}.yaml", f"{name}.pgm")
+    assert GridMap.load(sheet).cells.tolist() == CELLS
+    yaml = pytest.importorskip("yaml")
+    assert yaml.safe_load(sheet.read_text("utf-8"))["image"] == image.name
+
+
+@pytest.mark.parametrize("name", ["hall.v2", "hall.2026-01-01", "hall.yaml.old", "hall.PGM"])
+def test_a_dot_in_a_name_does_not_end_it(tmp_path, name):
+    """hall.yaml, another map, was overwritten."""
+    before = GRID.save(tmp_path / "hall")
+    sheet, image = GRID.save(tmp_path / name)
+    assert {sheet.name, image.name} == {f"{name}.yaml", f"{name}.pgm"}
+    assert len({sheet, image, *before}) == 4
+
+
+@pytest.mark.parametrize("name", ["hall", "hall.yaml", "hall.yml", "hall.pgm", "hall.png"])
+def test_the_endings_of_the_files_are_not_part_of_the_name(tmp_path, name):
+    assert GRID.save(tmp_path / name) == (tmp_path / "hall.yaml", tmp_path / "hall.pgm")
+
+
+@pytest.mark.parametrize("name", ["a\nb", "a\tb", "\udcff", "."])
+def test_a_name_that_cannot_be_written_is_refused_before_anything_is_written(tmp_path, name):
+    with pytest.raises(ValueError, match="cannot be the name of a map"):
+        GRID.save(Path(name) if name == "." else tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("written", "name"),
+    [
+        ("'it''s.pgm'", "it's.pgm"),
+        ('"a\\u0301.pgm"', "a\u0301.pgm"),
+        ("Tom's.pgm  # the hall's", "Tom's.pgm"),
+        (r'"C:\maps\new.pgm"', r"C:\maps\new.pgm"),
+        (r'"C:\temp\new.pgm"', r"C:\temp\new.pgm"),
+    ],
+)
+def test_quotes_and_escapes_as_in_yaml_and_paths_of_windows(tmp_path, written, name):
+    (tmp_path / "m.yaml").write_text(YAML.replace("m.pgm", written), encoding="utf-8")
+    with pytest.raises(OSError) as caught:
+        GridMap.load(tmp_path / "m.yaml")
+    assert Path(caught.value.filename) == tmp_path / name
 
 
 # -- PNG -------------------------------------------------------------------------------------------------------
