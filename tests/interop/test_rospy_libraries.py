@@ -6,6 +6,7 @@ our layer runs it, and, where Debian's package is installed, so do rospy and tha
 
 from __future__ import annotations
 
+import random
 import re
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
@@ -72,3 +73,14 @@ def test_libraries_written_over_rospy_run_over_ours(
         theirs = pool.submit(run_program, program, real=True, packages=[genpy_packages])
         ours = pool.submit(run_program, changed, real=False, packages=[tmp_path / "theirs"])
     assert ours.result().compared() == theirs.result().compared()
+
+
+def test_random_messages_are_grouped_as_by_message_filters() -> None:
+    """Exact and approximate, headerless, with clocks that jump, with reset and without; also the warnings."""
+    ros.require_ros("message_filters")
+    seed = str(random.randrange(10**9))
+    with ThreadPoolExecutor(2) as pool:
+        theirs = pool.submit(run_program, "filters_random.py", seed, "150", real=True)
+        ours = pool.submit(run_program, "filters_random.py", seed, "150", real=False)
+    assert ours.result().compared() == theirs.result().compared(), f"filters_random.py {seed} 150"
+    assert sum("together" in line for line in ours.result().out) > 100

@@ -52,7 +52,7 @@ class Subscriber(SimpleFilter):
 
 
 def _stamp(message, allow_headerless):
-    if hasattr(message, "header"):
+    if hasattr(getattr(message, "header", None), "stamp"):
         return message.header.stamp
     return rospy.Time.now() if allow_headerless else None
 
@@ -87,6 +87,7 @@ class Cache(SimpleFilter):
 
     def getInterval(self, from_stamp, to_stamp):
         """Messages between two times."""
+        assert from_stamp <= to_stamp
         pairs = zip(self.cache_times, self.cache_msgs)
         return [message for stamp, message in pairs if from_stamp <= stamp <= to_stamp]
 
@@ -137,21 +138,21 @@ class TimeSynchronizer(SimpleFilter):
         """Take a message."""
         with self.lock:
             settled = self._settled_after_jump(my_queue, my_queue_index)
-            stamp = msg.header.stamp
-            self._keep(my_queue, stamp, msg)
-            if settled and all(stamp in queue for queue in self.queues):
-                found = [queue.pop(stamp) for queue in self.queues]
-                self.signalMessage(*found)
+            self._keep(my_queue, msg.header.stamp, msg)
+            if settled:
+                for stamp in sorted(set.intersection(*map(set, self.queues))):
+                    self._signal([stamp] * len(self.queues))
 
     def _settled_after_jump(self, queue, index):
         """With `reset`, clear a queue when simulated time jumped back; True when all queues are settled."""
-        if not self.enable_reset or index is None or rospy.rostime.is_wallclock():
+        if not self.enable_reset or rospy.rostime.is_wallclock():
             return True
         now = rospy.Time.now()
-        if now < self.latest_stamps[index]:
-            rospy.logdebug("Detected jump back in time. Clearing message filter queue")
-            queue.clear()
-        self.latest_stamps[index] = now
+        if index is not None:
+            if now < self.latest_stamps[index]:
+                rospy.logdebug("Detected jump back in time. Clearing message filter queue")
+                queue.clear()
+            self.latest_stamps[index] = now
         return max(self.latest_stamps) == now
 
     def _keep(self, queue, stamp, message):
@@ -159,9 +160,15 @@ class TimeSynchronizer(SimpleFilter):
         while len(queue) > self.queue_size:
             del queue[min(queue)]
 
+    def _signal(self, stamps):
+        self.signalMessage(*[queue.pop(stamp) for queue, stamp in zip(self.queues, stamps)])
+
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
-    """Groups messages of several filters whose stamps differ by less than `slop` seconds."""
+    """Groups messages of several filters whose stamps differ by less than `slop` seconds.
+
+    When the clock jumps back, all kept messages are dropped, also the new one.
+    """
 
     def __init__(self, fs, queue_size, slop, allow_headerless=False, reset=False):
         TimeSynchronizer.__init__(self, fs, queue_size, reset)
@@ -178,26 +185,26 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
             )
             return
         with self.lock:
-            if self.enable_reset:
-                now = rospy.Time.now()
-                if now < self.last_added:
-                    rospy.logdebug("Detected jump back in time. Clearing message filters queues.")
-                    for queue in self.queues:
-                        queue.clear()
-                self.last_added = now
+            settled = self._settled_after_jump(my_queue, my_queue_index)
             self._keep(my_queue, stamp, msg)
-            self._match(stamp, my_queue)
+            now = rospy.Time.now()
+            if now < self.last_added:
+                rospy.loginfo("ApproximateTimeSynchronizer: Detected jump back in time. Clearing buffer.")
+                for queue in self.queues:
+                    queue.clear()
+            self.last_added = now
+            if settled:
+                self._match(stamp, my_queue_index)
 
-    def _match(self, stamp, my_queue):
+    def _match(self, stamp, index):
         """The combination nearest to the new message wins."""
         candidates = []
-        for queue in self.queues:
-            near = [stamp] if queue is my_queue else [s for s in queue if abs(s - stamp) <= self.slop]
+        for i, queue in enumerate(self.queues):
+            near = [stamp] if i == index else [s for s in queue if abs(s - stamp) <= self.slop]
             if not near:
                 return
             candidates.append(sorted(near, key=lambda s: abs(s - stamp)))
         for stamps in itertools.product(*candidates):
             if max(stamps) - min(stamps) < self.slop and all(s in q for s, q in zip(stamps, self.queues)):
-                found = [queue.pop(one) for queue, one in zip(self.queues, stamps)]
-                self.signalMessage(*found)
+                self._signal(stamps)
                 return

@@ -434,3 +434,78 @@ def test_latched_messages_of_publishers_that_have_gone_are_forgotten(tmp_path: P
                 publisher.wait_for_connection(20)
                 if i == 4:
                     assert ended.result().split() == ["True", "4"]
+
+
+def test_messages_from_before_a_jump_of_the_clock_are_not_grouped_with_later_ones(tmp_path: Path) -> None:
+    """As in message_filters: an approximate synchronizer drops what it has, and the new message, at a jump back."""
+    code = """
+        from types import SimpleNamespace as Some
+        import message_filters
+        import rospy
+        rospy.rostime.set_rostime_initialized(True)
+        left, right = message_filters.SimpleFilter(), message_filters.SimpleFilter()
+        both = message_filters.ApproximateTimeSynchronizer([left, right], 10, 0.1)
+        both.registerCallback(lambda a, b: print(a.number, b.number))
+        def send(side, number, clock):
+            rospy.rostime._set_rostime(rospy.Time(clock))
+            side.signalMessage(Some(number=number, header=Some(stamp=rospy.Time(5))))
+        send(left, 1, 20)
+        send(left, 2, 10)
+        print([len(queue) for queue in both.queues])
+        send(right, 3, 10)
+        send(left, 4, 10)
+    """
+    assert output(code, tmp_path) == "[0, 0]\n4 3\n"
+
+
+def test_all_stamps_that_are_complete_are_grouped(tmp_path: Path) -> None:
+    """With reset, those that had to wait until the other topics' clocks had jumped, too."""
+    code = """
+        from types import SimpleNamespace as Some
+        import message_filters
+        import rospy
+        rospy.rostime.set_rostime_initialized(True)
+        left, right = message_filters.SimpleFilter(), message_filters.SimpleFilter()
+        both = message_filters.TimeSynchronizer([left, right], 10, reset=True)
+        both.registerCallback(lambda a, b: print(a.header.stamp.secs, b.header.stamp.secs))
+        def send(side, stamp, clock):
+            rospy.rostime._set_rostime(rospy.Time(clock))
+            side.signalMessage(Some(header=Some(stamp=rospy.Time(stamp))))
+        send(right, 0, 20)
+        send(left, 2, 10)
+        send(left, 1, 11)
+        send(right, 2, 9)
+        send(right, 1, 10)
+        print("waits")
+        send(left, 3, 12)
+    """
+    assert output(code, tmp_path) == "waits\n1 1\n2 2\n"
+
+
+def test_threads_that_receive_at_once_see_no_jump_of_the_clock(tmp_path: Path) -> None:
+    """tf2_ros.TransformListener read the time before its lock, and cleared the buffer by a false jump back."""
+    code = """
+        import sys
+        import threading
+        import rospy
+        import tf2_ros
+        rospy.init_node("many", disable_signals=True)
+        cleared = []
+        class Counted(tf2_ros.Buffer):
+            def clear(self):
+                cleared.append(1)
+        listener = tf2_ros.TransformListener(Counted(debug=False))
+        sys.setswitchinterval(1e-6)
+        def receive():
+            for _ in range(3000):
+                listener.check_for_reset()
+        threads = [threading.Thread(target=receive) for _ in range(6)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        print(len(cleared))
+        rospy.signal_shutdown("done")
+    """
+    with Master() as master:
+        assert output(code, tmp_path, uri=master.uri) == "0\n"
