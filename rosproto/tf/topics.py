@@ -62,8 +62,8 @@ class TransformListener:
 
     def _notice_jump(self) -> None:
         """As tf2_ros does: after the clock jumped back, all known poses would be newer than any to come."""
-        now = self._node.clock.now().to_sec()
-        with self._lock:
+        with self._lock:  # around the reading, too: each publisher has a thread
+            now = self._node.clock.now().to_sec()
             jumped, self._newest = now < self._newest - 1.0, now
         if jumped:
             logger.warning("time jumped back: clearing the transform buffer")

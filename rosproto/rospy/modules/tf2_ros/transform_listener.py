@@ -26,9 +26,10 @@ class TransformListener:
             if getattr(self, part, None) is not None:
                 getattr(self, part).unregister()
 
-    def _check_time(self):
-        now = rospy.Time.now()
-        with self.last_update_lock:
+    def check_for_reset(self):
+        """Clear the buffer when the clock has jumped back."""
+        with self.last_update_lock:  # around the reading, too: each topic and publisher has a thread
+            now = rospy.Time.now()
             if now < self.last_update:
                 rospy.logwarn(
                     "Detected jump back in time of %fs. Clearing TF buffer.",
@@ -39,12 +40,12 @@ class TransformListener:
 
     def callback(self, data):
         """Store the transforms of a /tf message."""
-        self._check_time()
+        self.check_for_reset()
         self._take(data, self.buffer.set_transform)
 
     def static_callback(self, data):
         """Store the transforms of a /tf_static message."""
-        self._check_time()
+        self.check_for_reset()
         self._take(data, self.buffer.set_transform_static)
 
     @staticmethod
