@@ -12,7 +12,7 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from rosproto.errors import RosError
@@ -22,6 +22,7 @@ from woosh_pure.motion.motion import GoalHandle
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness
 from woosh_pure.web.http_errors import Problem, for_clients, problem_of
+from woosh_pure.web.models import Entry
 from woosh_pure.web.snapshot import reasons_part, said_part
 
 MAX_KEPT_GOALS, MAX_RUNNING_GOALS, MAX_KEYS = 200, 8, 1000
@@ -72,42 +73,6 @@ def command(key: str, **values: object) -> Command:
     return Command(COMMANDS[key].format_map(values), key, values)
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """One entry of the journal.
-
-    Attributes:
-        id: Grows by one with each entry.
-        at: When it began, s since 1970.
-        who: The name of the client.
-        what: The command in words.
-        key, values: The same for programs, see `Command`.
-        state: "under way", or how it ended: "arrived", "failed", "cancelled", "done", "refused" ...
-        text: The library's sentence about how it ended; "" before that.
-        ended: When it ended, s since 1970; None before that.
-        goal: Id of the goal that the entry is about; "" if it is not about a goal.
-        reasons: The reasons not to move, after a refusal or failure; the cause first.
-        said: The robot's message about it, {text, text_zh}; None without one.
-    """
-
-    id: int
-    at: float
-    who: str
-    what: str
-    state: str = "under way"
-    text: str = ""
-    ended: float | None = None
-    goal: str = ""
-    key: str = ""
-    values: Mapping[str, object] = field(default_factory=dict)
-    reasons: tuple[dict[str, object], ...] = ()
-    said: dict[str, str] | None = None
-
-    def as_json(self) -> dict[str, object]:
-        """The entry as the API sends it."""
-        return asdict(self)
-
-
 class Journal:
     """The last entries; older ones are dropped. Safe from any thread.
 
@@ -128,7 +93,21 @@ class Journal:
         with self._lock:
             number = next(self._numbers)
             began, who, text = round(time.time(), 3), short(printable(who), 200), short(printable(text), 200)
-            self._put(Entry(number, began, who, text, goal=goal, key=key, values=values))
+            entry = Entry(
+                id=number,
+                at=began,
+                who=who,
+                what=text,
+                state="under way",
+                text="",
+                ended=None,
+                goal=goal,
+                key=key,
+                values=dict(values),
+                reasons=[],
+                said=None,
+            )
+            self._put(entry)
             while len(self._entries) > self._length:
                 del self._entries[next(iter(self._entries))]
             return number
@@ -143,12 +122,12 @@ class Journal:
         said: dict[str, str] | None = None,
     ) -> None:
         """Note the end of an entry, with `reasons` and `said`. A dropped entry is ignored."""
-        ended = round(time.time(), 3)
+        ended, text = round(time.time(), 3), short(printable(text), 1000)
+        changes = {"state": state, "text": text, "ended": ended, "reasons": reasons, "said": said}
         with self._lock:
             if number in self._entries:
                 _, entry = self._entries[number]
-                text = short(printable(text), 1000)
-                self._put(replace(entry, state=state, text=text, ended=ended, reasons=reasons, said=said))
+                self._put(Entry.model_validate({**entry.model_dump(), **changes}))  # a copy: others hold it
 
     def note(self, who: str, what: Command | str, state: str = "done", text: str = "") -> None:
         """Add an entry for a finished command."""

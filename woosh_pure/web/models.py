@@ -483,14 +483,14 @@ class FeedValue(Answer):
 class Entry(Answer):
     """An entry of the journal."""
 
-    id: int
-    at: float
+    id: Annotated[int, Field(description="grows by one with each entry")]
+    at: Annotated[float, Field(description="when it began, s since 1970; `ended` is null before its end")]
     who: str
     what: str
-    state: str
+    state: Annotated[str, Field(description="`under way`, or how it ended: `arrived`, `refused`, `done` ...")]
     text: str
     ended: float | None
-    goal: str
+    goal: Annotated[str, Field(description="id of the goal that the entry is about, or empty")]
     key: Annotated[str, Field(description="what was asked for; `values` are in m and rad")]
     values: dict[str, object]
     reasons: Annotated[list[Reason], Field(description="what spoke against moving when it had failed")]

@@ -71,9 +71,9 @@ def get_faults(request: Request) -> dict[str, object]:
 
 
 @journal.get("/journal", response_model=list[models.Entry])
-def get_journal(request: Request) -> list[dict[str, object]]:
+def get_journal(request: Request) -> list[models.Entry]:
     """What was done, by whom, and how it ended; the oldest first."""
-    return [entry.as_json() for entry in robot_of(request).journal.entries()]
+    return robot_of(request).journal.entries()
 
 
 @robots.get("/robots", response_model=list[models.RobotEntry])

@@ -185,7 +185,7 @@ class FrameSender:
             return None
         since, self._journal = self._journal, journal.version
         return text_of(
-            {"t": "journal", "entries": [entry.as_json() for entry in journal.since(since)[-MAX_ENTRIES:]]}
+            {"t": "journal", "entries": [entry.model_dump() for entry in journal.since(since)[-MAX_ENTRIES:]]}
         )
 
     def _lease_news(self) -> str | None:

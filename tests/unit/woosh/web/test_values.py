@@ -149,7 +149,7 @@ def test_what_the_robot_said_is_told_in_both_languages() -> None:
 def test_a_command_has_a_key_and_values_beside_its_words() -> None:
     journal = Journal()
     journal.note("anna", command("rotate", angle=0.36, speed=0.0))
-    entry = journal.entries()[0].as_json()
+    entry = journal.entries()[0].model_dump()
     assert (entry["what"], entry["key"]) == ("rotate 0.36 rad", "rotate")
     assert entry["values"] == {"angle": 0.36, "speed": 0.0}
     json.dumps(entry, allow_nan=False)
