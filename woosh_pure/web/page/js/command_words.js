@@ -1,8 +1,8 @@
 // Texts for commands and client names, in the page's language. Unknown ones are shown unchanged.
 
-import { has, number, t } from "./i18n.js";
+import { has, inDegrees, number, t } from "./i18n.js";
 
-const whole = (radians) => number((radians * 180) / Math.PI, 0);
+const whole = (radians) => number(inDegrees(radians), 0);
 const two = (metres) => number(metres, 2);
 const SHOWN = { angle: whole, yaw: whole, distance: two, x: two, y: two, holder: whoText };
 

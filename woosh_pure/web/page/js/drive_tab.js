@@ -3,7 +3,7 @@
 
 import { button, byId, el, fill, say } from "./dom.js";
 import { BEAT_SECONDS, Heartbeat } from "./heartbeat.js";
-import { number, onLanguage, t } from "./i18n.js";
+import { inDegrees, number, onLanguage, t } from "./i18n.js";
 import { Hold } from "./hold.js";
 import { Gamepad, Keys } from "./keys_and_gamepad.js";
 import { seconds } from "./live_connection.js";
@@ -133,7 +133,7 @@ export class DriveTab {
   show() {
     const { state, command } = this.heartbeat;
     let text = t("drive.idle");
-    if (state === "held") text = t("drive.driving", { vx: number(command.vx, 2), wz: number((command.wz * 180) / Math.PI, 0) });
+    if (state === "held") text = t("drive.driving", { vx: number(command.vx, 2), wz: number(inDegrees(command.wz), 0) });
     else if (this.note) text = t("drive.over", { why: whyText(this.note) });
     say(this.status, text);
     this.status.classList.toggle("driving", state === "held");

@@ -3,28 +3,14 @@
 import { ask, dismiss, recheck } from "./confirm.js";
 import { button, byId, el, fill, show } from "./dom.js";
 import { hint } from "./map_hint.js";
-import { degrees, number, onLanguage, t } from "./i18n.js";
+import { degrees, inDegrees, number, onLanguage, t } from "./i18n.js";
 import { MarkList } from "./mark_list.js";
 import { answerOf, isLost } from "./pose_confirmation.js";
 import { hindrances, whyOf } from "./reason_words.js";
+import { keep, kept } from "./storage.js";
 import { attempt, toast } from "./toast.js";
 
 const KNOWN = "woosh-has-driven";
-
-function remembered() {
-  try {
-    return localStorage.getItem(KNOWN) !== null;
-  } catch {
-    return false; // no storage
-  }
-}
-
-function remember() {
-  try {
-    localStorage.setItem(KNOWN, "1");
-  } catch { /* no storage: the hint appears again */ }
-}
-
 const radians = (value) => (value * Math.PI) / 180;
 
 export class GoTab {
@@ -32,7 +18,7 @@ export class GoTab {
     Object.assign(this, { store, rest, map, lease });
     this.root = byId("tab-go");
     this.marks = new MarkList({ store, rest, go: this });
-    this.known = remembered(); // no hint for a person who has started a goal before
+    this.known = kept(KNOWN) !== null; // no hint for a person who has started a goal before
     map.onmark = (mark) => this.askMark(mark);
     store.on("readiness lost", recheck);
     store.on("marks", (marks) => show(this.first, marks.length > 0 && !this.known));
@@ -106,7 +92,7 @@ export class GoTab {
   askCharge() {
     this.endPlacing();
     const input = el("input", { type: "text", required: true, maxlength: 100, id: "charger-name", list: "charger-names", autocomplete: "off" });
-    const chargers = (this.store.get("marks") ?? []).filter((mark) => mark.kind === "charger" && mark.on_chassis !== false).map((mark) => mark.name);
+    const chargers = (this.store.get("marks") ?? []).filter((mark) => mark.charger && mark.on_chassis !== false).map((mark) => mark.name);
     input.value = chargers[0] ?? "";
     const names = el("datalist", { id: "charger-names" }, ...chargers.map((name) => el("option", { value: name })));
     const field = el("label", {}, el("span", {}, t("go.charger")), input, names);
@@ -180,7 +166,7 @@ export class GoTab {
     });
     if (begun === null || this.known) return;
     this.known = true;
-    remember();
+    keep(KNOWN, "1");
     this.render();
   }
 
@@ -197,6 +183,6 @@ export class GoTab {
     const answer = await answerOf(this.store, place, lost);
     if (answer?.taken) toast(t("go.posedone"));
     else if (!answer || answer.lost) toast(t(answer ? "go.poselost" : "go.posesilent"), "bad");
-    else toast(t("go.poseother", { n: number(answer.away, 1), deg: number((answer.turned * 180) / Math.PI, 0) }), "ask");
+    else toast(t("go.poseother", { n: number(answer.away, 1), deg: number(inDegrees(answer.turned), 0) }), "ask");
   }
 }

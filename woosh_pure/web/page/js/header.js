@@ -1,9 +1,10 @@
 // The header: robot, state, battery, faults and language; and the banner over the map when a connection is lost.
 
 import { byId, el, fill, icon, say, show } from "./dom.js";
-import { ageWords, isOld, lost } from "./freshness.js";
+import { isOld, lost } from "./freshness.js";
 import { current, onLanguage, relabel, t, use, word } from "./i18n.js";
 import { seconds } from "./live_connection.js";
+import { keep } from "./storage.js";
 
 export class Header {
   constructor({ store, ages, link, tabs }) {
@@ -13,9 +14,7 @@ export class Header {
     byId("fault-chip").onclick = () => tabs.choose("health");
     byId("language").onclick = () => {
       use(current() === "en" ? "zh" : "en");
-      try {
-        localStorage.setItem("woosh-language", current());
-      } catch { /* no storage: chosen again next time */ }
+      keep("woosh-language", current());
     };
     onLanguage(() => {
       document.documentElement.lang = current();
@@ -110,9 +109,4 @@ export function pageOf(name, robots, { pathname }) {
 export function stateText(store) {
   const robot = store.get("robot");
   return store.get("driver") !== null ? t("state.driven") : robot && word("state", robot.state);
-}
-
-export function ageText(age) {
-  const { key, values } = ageWords(age);
-  return t(key, values);
 }

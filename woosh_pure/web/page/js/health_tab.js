@@ -1,11 +1,11 @@
 // The tab Health: whether the robot would move, faults with advice, values with their age, and the plots.
 
 import { byId, el, fill, icon, say } from "./dom.js";
-import { isOld } from "./freshness.js";
-import { ageText, stateText } from "./header.js";
-import { current, degrees, number, onLanguage, t, word } from "./i18n.js";
+import { ageWords, isOld } from "./freshness.js";
+import { stateText } from "./header.js";
+import { degrees, inDegrees, number, onLanguage, t, word } from "./i18n.js";
 import { seconds } from "./live_connection.js";
-import { distinct, todoOf, whyOf } from "./reason_words.js";
+import { distinct, said, todoOf, whyOf } from "./reason_words.js";
 
 const ROWS = ["state", "mode", "battery", "velocity", "position", "scan", "odometer", "task", "map"];
 const FEED = { state: "status", mode: "status", position: "pose", task: "status", odometer: "odometer" };
@@ -60,8 +60,7 @@ export class HealthTab {
 
   fault(fault) {
     const level = LEVEL[String(fault.level ?? "").toLowerCase()] ?? "notice";
-    const text = current() === "zh" ? fault.chinese || fault.english : fault.english || fault.chinese;
-    return el("li", { class: level === "severe" ? "bad" : "warn" }, el("strong", {}, text ?? ""),
+      return el("li", { class: level === "severe" ? "bad" : "warn" }, el("strong", {}, said(fault)),
       el("p", { class: "quiet" }, [t(`faults.${level}`), t("faults.code", { code: fault.code })].join(" · ")),
       el("p", {}, `${t("todo.title")} ${fault.todo || t("faults.look")}`));
   }
@@ -76,7 +75,7 @@ export class HealthTab {
       case "state": return stateText(store) ?? t("unknown");
       case "mode": return word("mode", robot.mode);
       case "battery": return battery(store.get("battery"));
-      case "velocity": return velocity ? `${number(velocity.vx, 2)} m/s, ${number((velocity.wz * 180) / Math.PI, 0)} °/s` : t("unknown");
+      case "velocity": return velocity ? `${number(velocity.vx, 2)} m/s, ${number(inDegrees(velocity.wz), 0)} °/s` : t("unknown");
       case "position": return pose ? `${number(pose.x, 2)}, ${number(pose.y, 2)} m, ${degrees(pose.yaw)}°` : t("unknown");
       case "scan": return Number.isFinite(rates.scan) ? t("values.perhertz", { n: number(rates.scan, 1) }) : t("unknown");
       case "odometer": return Number.isFinite(store.get("odometer")) ? `${number(store.get("odometer"), 1)} m` : t("unknown");
@@ -106,6 +105,11 @@ function battery(value) {
   if (Number.isFinite(value.amps)) parts.push(`${number(value.amps, 1)} A`);
   if (value.charging) parts.push(t("top.charging"));
   return parts.join(", ");
+}
+
+function ageText(age) {
+  const { key, values } = ageWords(age);
+  return t(key, values);
 }
 
 const task = (value) => (value ? [value.destination, word("goal", value.state)].filter(Boolean).join(" · ") : "–");

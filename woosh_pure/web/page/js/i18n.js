@@ -61,8 +61,11 @@ export function bytes(count) {
   return `${number(count / 1e9, 2)} GB`;
 }
 
+export const inDegrees = (radians) => (radians * 180) / Math.PI;
+
+// A heading in whole degrees, -179 to 180.
 export const degrees = (radians) => {
-  const value = Math.round((radians * 180) / Math.PI) % 360;
+  const value = Math.round(inDegrees(radians)) % 360;
   return value > 180 ? value - 360 : value <= -180 ? value + 360 : value;
 };
 

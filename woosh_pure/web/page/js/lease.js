@@ -5,7 +5,7 @@ import { ask } from "./confirm.js";
 import { button, el, fill } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 import { Refused } from "./rest.js";
-import { seconds } from "./live_connection.js";
+import { until } from "./live_connection.js";
 import { attempt } from "./toast.js";
 import { whoText } from "./command_words.js";
 
@@ -43,8 +43,7 @@ export class Lease {
     const lease = this.store.get("lease");
     if (lease === null || lease.yours) return;
     this.say("ask");
-    const end = seconds() + WAIT;
-    while (!this.yours && seconds() < end && !this.held) await new Promise((done) => setTimeout(done, 50));
+    await until(() => this.yours || this.held, WAIT);
     if (!this.yours && this.held && this.store.get("lease").program) await this.takeOver();
     if (!this.yours) throw new Refused(this.held ? t("lease.waiting", { name: this.holder }) : t("drive.needlease"));
   }
@@ -54,8 +53,7 @@ export class Lease {
     return new Promise((done) => {
       const take = async () => {
         const lease = await attempt(() => this.rest.json("POST", "lease", { take_over: true }));
-        const end = seconds() + WAIT;
-        while (lease?.yours && !this.yours && seconds() < end) await new Promise((go) => setTimeout(go, 50));
+        await until(() => !lease?.yours || this.yours, WAIT);
         done();
       };
       ask({

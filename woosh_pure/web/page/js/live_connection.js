@@ -13,7 +13,6 @@ export class LiveConnection {
     this.heardAt = null;
     this.began = 0;
     this.frames = 0; // handled on this socket
-    this.everOpen = false;
     this.timer = null;
     setInterval(() => this.look(), 1000);
   }
@@ -34,7 +33,6 @@ export class LiveConnection {
     this.frames = 0;
     socket.onopen = () => {
       this.attempts = 0;
-      this.everOpen = true;
       this.heardAt = seconds();
       this.handlers.state("open");
     };
@@ -94,3 +92,9 @@ export class LiveConnection {
 }
 
 export const seconds = () => performance.now() / 1000;
+
+// Look every 50 ms whether `met()`, for at most `limit` seconds.
+export async function until(met, limit) {
+  const end = seconds() + limit;
+  while (!met() && seconds() < end) await new Promise((done) => setTimeout(done, 50));
+}

@@ -17,8 +17,8 @@ import { take, takeBinary } from "./server_messages.js";
 import { ReadinessNotice } from "./readiness_notice.js";
 import { Plots } from "./plots.js";
 import { Rest } from "./rest.js";
-import { keepSession, keptSession } from "./session_storage.js";
 import { StopButton } from "./stop_button.js";
+import { keepSession, kept, takeSession } from "./storage.js";
 import { Store } from "./store.js";
 import { Tabs } from "./tabs.js";
 import { TaskCard } from "./task_card.js";
@@ -31,9 +31,9 @@ const ages = new Ages();
 const parts = new CostmapParts();
 const rest = new Rest(base, { onToken: () => token.ask() });
 const token = new TokenDialog(rest, () => link.hurry());
-rest.session = keptSession();
+rest.session = takeSession();
 addEventListener("pagehide", () => keepSession(rest.session));
-addEventListener("pageshow", () => keptSession()); // the browser restores a page from its cache
+addEventListener("pageshow", () => takeSession()); // the browser restores a page from its cache
 let before = false; // was connected before
 
 // With its session, a page keeps its name and lease through a break.
@@ -65,7 +65,7 @@ store.on("hello", (hello) => {
 const leaseBox = el("section", { class: "card lease", "aria-live": "polite" });
 const lease = new Lease({ store, link, rest, boxes: [leaseBox] });
 const tabs = new Tabs(store);
-const map = new MapView({ store, ages, rest, link });
+const map = new MapView({ store, ages, rest });
 new Header({ store, ages, link, tabs });
 new StopButton({ store, rest, link });
 new GoTab({ store, rest, map, lease });
@@ -77,11 +77,7 @@ new CameraTab({ store, link });
 new LogTab({ store, rest });
 new DriveTab({ store, link, lease, leaseBox });
 
-let kept = null;
-try {
-  kept = localStorage.getItem("woosh-language");
-} catch { /* no storage */ }
-use(choose([kept, ...navigator.languages].filter(Boolean)));
+use(choose([kept("woosh-language"), ...navigator.languages].filter(Boolean)));
 
 // A token in the address is used once and removed, because addresses are visible, stored and shared.
 const given = new URLSearchParams(location.hash.slice(1)).get("token");

@@ -67,7 +67,7 @@ export function drawMarks(context, view, paint, marks, chosen) {
     if (!Number.isFinite(mark.x) || !Number.isFinite(mark.y)) continue;
     const [px, py] = view.toScreen(mark.x, mark.y);
     if (px < -60 || py < -20 || px > view.width + 60 || py > view.height + 40) continue;
-    pin(context, paint, px, py, mark.kind === "charger", mark.name === chosen);
+    pin(context, paint, px, py, mark.charger, mark.name === chosen);
     pins.push({ text: mark.name, x: px, y: py, first: mark.name === chosen });
   }
   context.font = paint.font;

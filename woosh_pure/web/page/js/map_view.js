@@ -2,7 +2,7 @@
 
 import { CostmapSwitch } from "./costmap_switch.js";
 import { byId, el, fill, say } from "./dom.js";
-import { isOld, lost } from "./freshness.js";
+import { isOld } from "./freshness.js";
 import { MapGestures, headingOf, nearest } from "./map_gestures.js";
 import { MapBackground } from "./map_background.js";
 import { hint } from "./map_hint.js";
@@ -15,8 +15,8 @@ import { scaleBar, MapViewport } from "./map_viewport.js";
 const KEYS = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] };
 
 export class MapView {
-  constructor({ store, ages, rest, link }) {
-    Object.assign(this, { store, ages, link });
+  constructor({ store, ages, rest }) {
+    Object.assign(this, { store, ages });
     this.canvas = byId("canvas");
     this.context = this.canvas.getContext("2d");
     this.view = new MapViewport();
@@ -213,7 +213,7 @@ export class MapView {
   draw() {
     const { context, view, paint, store } = this;
     const now = seconds();
-    const gone = lost({ open: this.link.open, heardAt: this.link.heardAt, robotLost: store.get("robotlost"), now }) !== null;
+    const gone = store.get("lost") !== null;
     const old = (feed) => gone || isOld(feed, this.ages.of(feed, now));
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.clearRect(0, 0, view.width, view.height);

@@ -2,7 +2,7 @@
 
 import { ask } from "./confirm.js";
 import { button, el, fill, icon, say, show } from "./dom.js";
-import { number, onLanguage, t, word } from "./i18n.js";
+import { number, onLanguage, t } from "./i18n.js";
 import { attempt, toast } from "./toast.js";
 
 // The marks whose name or note has the typed letters. Pure.
@@ -73,8 +73,8 @@ export class MarkList {
   row(mark) {
     const away = el("span", { class: "quiet away" });
     this.distances.set(mark, away);
-    const charger = mark.kind === "charger";
-    const about = [charger ? word("mark", "charger") : "", mark.note].filter(Boolean).map((text) => ` · ${text}`).join("");
+    const { charger } = mark;
+    const about = [charger ? t("mark.charger") : "", mark.note].filter(Boolean).map((text) => ` · ${text}`).join("");
     return el("li", {},
       el("button", { type: "button", class: "markrow", onclick: () => this.go.askMark(mark) },
         el("span", { class: `dot ${charger ? "charger" : ""}` }, icon(charger ? "charge" : "go")),

@@ -1,7 +1,7 @@
 // Plots of battery, velocity and rates over the last minutes. Recorded while the page is open, drawn while in view.
 
 import { byId, el, fill } from "./dom.js";
-import { number, onLanguage, t } from "./i18n.js";
+import { inDegrees, number, onLanguage, t } from "./i18n.js";
 import { seconds } from "./live_connection.js";
 import { TimeSeries } from "./time_series.js";
 
@@ -9,7 +9,7 @@ const SECONDS = 300;
 const PLOTS = [
   { key: "battery", least: 5, digits: 0, read: (store) => store.get("battery")?.percent },
   { key: "velocity", least: 0.2, digits: 2, read: (store) => store.get("velocity")?.vx },
-  { key: "turning", least: 20, digits: 0, read: (store) => ((store.get("velocity")?.wz ?? NaN) * 180) / Math.PI },
+  { key: "turning", least: 20, digits: 0, read: (store) => inDegrees(store.get("velocity")?.wz ?? NaN) },
   { key: "rates", least: 2, digits: 1, read: (store) => store.get("rates")?.pose },
 ];
 

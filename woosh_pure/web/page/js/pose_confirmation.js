@@ -1,6 +1,6 @@
 // Whether the robot has accepted a pose, judged by the poses that it reports afterwards.
 
-import { seconds } from "./live_connection.js";
+import { seconds, until } from "./live_connection.js";
 
 const NEAR = 0.3; // m
 const NEAR_ANGLE = 0.35; // rad
@@ -22,12 +22,12 @@ export function verdict(told, pose, { lostBefore, lostNow }) {
 export async function answerOf(store, told, lostBefore) {
   const began = seconds();
   let found = null;
-  while (!found?.taken && seconds() < began + PATIENCE) {
-    await new Promise((done) => setTimeout(done, 100));
+  await until(() => {
     const pose = store.get("pose");
     const age = store.get("ages")?.of("pose", seconds()) ?? Infinity;
     if (pose && seconds() - age > began) found = verdict(told, pose, { lostBefore, lostNow: lost(store.get("readiness")) });
-  }
+    return found?.taken;
+  }, PATIENCE);
   return found;
 }
 

@@ -7,7 +7,7 @@ import { whoText } from "./command_words.js";
 const UNSURE = new Set(["unknown", "not_localised", "link_lost", "no_chassis", "silent", "unreachable"]);
 
 // {text, text_zh} in this language.
-const said = (one) => (current() === "zh" ? one.text_zh || one.text : one.text || one.text_zh) ?? "";
+export const said = (one) => (current() === "zh" ? one.text_zh || one.text : one.text || one.text_zh) ?? "";
 
 // The text of one reason. A doubtful one, reported before the link broke, may be over.
 export function whyOf(reason) {

@@ -23,7 +23,7 @@ export const faults = (part) =>
   part && {
     known: part.known,
     list: (part.active ?? []).map((one) => ({
-      code: one.code, level: words(one.level), english: one.text, chinese: one.text_zh, todo: one.todo ?? "",
+      code: one.code, level: words(one.level), text: one.text, text_zh: one.text_zh, todo: one.todo ?? "",
     })),
   };
 
@@ -49,9 +49,6 @@ export function goal(goals) {
     pauses: Boolean(one.can_pause) || one.state === "paused",
   };
 }
-
-export const marks = (list) =>
-  (Array.isArray(list) ? list : []).map((mark) => ({ ...mark, kind: mark.charger ? "charger" : "mark" }));
 
 const RUNNING = new Set(["under way", "paused"]);
 const BAD = new Set(["failed", "refused", "rejected", "timed out", "connection lost", "STILL MOVES"]);

@@ -100,8 +100,6 @@ export const en = {
   "go.amountsclear": "It drives exactly this far. Check that the way is clear.",
 
   "mark.charger": "charger",
-  "mark.park": "parking place",
-  "mark.mark": "mark",
 
   "task.pause": "Pause",
   "task.resume": "Go on",
@@ -165,7 +163,6 @@ export const en = {
   "values.task": "Task",
   "values.map": "Map",
   "values.perhertz": "{n} per second",
-  "values.age": "Age",
 
   "plots.title": "The last five minutes",
   "plots.battery": "Battery, %",
@@ -230,7 +227,6 @@ export const en = {
   "drive.speed": "Speed",
   "drive.idle": "Stands by",
   "drive.driving": "Driving: {vx} m/s, {wz} °/s",
-  "drive.asking": "Asking …",
   "drive.over": "Ended: {why}. Let go, then press again.",
   "drive.gap": "this page did not run for a moment",
   "drive.hidden": "this page was not in view",

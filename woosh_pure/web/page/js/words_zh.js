@@ -100,8 +100,6 @@ export const zh = {
   "go.amountsclear": "它会正好走这么多。请看看路上是否畅通。",
 
   "mark.charger": "充电桩",
-  "mark.park": "停靠点",
-  "mark.mark": "标记点",
 
   "task.pause": "暂停",
   "task.resume": "继续",
@@ -165,7 +163,6 @@ export const zh = {
   "values.task": "任务",
   "values.map": "地图",
   "values.perhertz": "每秒 {n} 次",
-  "values.age": "多久以前",
 
   "plots.title": "最近五分钟",
   "plots.battery": "电量，%",
@@ -230,7 +227,6 @@ export const zh = {
   "drive.speed": "速度",
   "drive.idle": "待命",
   "drive.driving": "驾驶中：{vx} 米/秒，{wz} °/秒",
-  "drive.asking": "正在请求……",
   "drive.over": "已结束：{why}。请松开，再重新按下。",
   "drive.gap": "页面停顿了一下",
   "drive.hidden": "页面不在前台",
