@@ -187,10 +187,10 @@ def to_plain(layout: Layout, message: object) -> object:
 
     Other objects are passed on unchanged; the reference codec reports them.
     """
-    if isinstance(message, dict) or (
-        layout.fields and not any(hasattr(message, f.name) for f in layout.fields)
-    ):
-        return message if not isinstance(message, dict) else _dict_given
+    if isinstance(message, dict):
+        return _dict_given
+    if layout.fields and not any(hasattr(message, field.name) for field in layout.fields):
+        return message
     return {
         field.name: _plain_field(field, getattr(message, field.name))
         for field in layout.fields
@@ -269,12 +269,12 @@ def _numbers(
     binding: Binding, field: FieldLayout, value: bytes | list[float]
 ) -> Sequence[float] | NDArray[np.generic]:
     if not binding.value_style.views:
-        return value if isinstance(value, bytes) else value if field.code == "?" else tuple(value)
+        return value if isinstance(value, bytes) or field.code == "?" else tuple(value)
     import numpy as np
 
     array = (
         np.frombuffer(value, "u1")
-        if isinstance(value, bytes) and value
+        if isinstance(value, bytes) and value  # np.frombuffer refuses an empty one
         else np.array(list(value), DTYPES[field.base])
     )
     array.flags.writeable = False

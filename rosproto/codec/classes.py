@@ -66,6 +66,7 @@ def _message_class(
     classes = _cache(library)
     key = "msg", "std_msgs/Header" if name == "Header" else name, value_style
     cls: type[DynamicMessage] | None = classes.get(key)
+    # A definition that was given, not named, may be another one than that of the class known by this name.
     if cls is None or type_ not in (name, cls._spec):
         with _lock:
             cls = classes.get(key)  # another thread may have made it meanwhile

@@ -111,6 +111,7 @@ class Conversion:
         own = {name for _, name, _ in steps}
         missing = [field.name for field in self.target._spec.fields if field.name not in own]
         for i, name in enumerate(missing):
+            # From a new message each time: a default may be a list, which the caller may change.
             scope[f"default_{i}"] = lambda name=name: getattr(self.target(), name)
             lines.append(_assignment(name, f"default_{i}()"))
         lines.append(" made._connection_header = get(message, '_connection_header', None)")
@@ -253,6 +254,7 @@ def _number(kind: str, name: str, type_name: str) -> Convert:
     low, high = RANGES_BY_CODE[code]
 
     def check(value: Any) -> int:
+        # Neither NaN nor infinite: `int` refuses those with errors of its own.
         whole = int(value) if value == value and abs(value) != float("inf") else None
         if whole is None or whole != value or not low <= whole <= high:
             raise CodecError(

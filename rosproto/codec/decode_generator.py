@@ -495,6 +495,7 @@ class _DecodeWriter:
         differs = " or ".join(f"{a} != {q}" for a, q in zip(lengths, first, strict=True))
         src.line(f"if {differs}: break")
         for (target, text), old, value in zip(self.string_targets, last, done, strict=True):
+            # Nearly always the same text in all elements: decoded once.
             src.indent(f"if {text} != {old}:")
             src.line(f"{old} = {text}")
             src.line(f"{value} = {self.text(text)}")

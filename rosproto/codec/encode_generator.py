@@ -159,6 +159,7 @@ class _EncodeWriter:
         texts, encoded = zip(*self.same, strict=True)
         old = [src.fresh("r") for _ in texts]
         # One tuple, so that threads read and write it atomically.
+        # Its members: the texts, the struct's method, and for each text its length and bytes.
         last = src.variable((None,) * (3 * len(old) + 1))
         pairs = ", ".join(f"{n}, {s}" for n, s in zip(self.lengths, encoded, strict=True))
         src.line(f"{', '.join(old)}, {self.pack}, {pairs} = {last}")
@@ -358,7 +359,7 @@ class _EncodeWriter:
         codes = ["B" if code == "?" else code for code in flat_codes(element)]
         values = [value for name in names for value in _flat_values(element, name)]
         src.indent(f"if len({items}) >= {FOURS_FROM}:")
-        src.line(f"{every} = iter({items}[:len({items})&-4])")
+        src.line(f"{every} = iter({items}[:len({items})&-4])")  # &-4: down to a multiple of four
         src.indent(f"for {', '.join(names)} in zip({', '.join([every] * 4)}):")
         src.line(f"parts.append({src.struct(4 * codes, 'pack')}({', '.join(values)}))")
         src.dedent()
@@ -376,7 +377,7 @@ class _EncodeWriter:
         else:
             self.fields(element, var)
             self.flush()
-        src.line("pass")
+        src.line("pass")  # an element without fields leaves the loop without a statement
         src.dedent()
         self.loops -= 1
 
