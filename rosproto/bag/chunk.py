@@ -205,6 +205,7 @@ def read_chunk(
     end = min(base + in_file, len(raw))
     indexed = with_index and info.indexed and not info.partial
     if chunk.compression == "none":
+        # Stored as it is: both sizes of its header agree, and all of these bytes are there.
         complete = len(raw) - base >= head.data_size == chunk.size and not info.partial
         if not complete and not info.partial:
             raise source.error("an uncompressed chunk is shorter than its header says", info.pos)
@@ -242,6 +243,7 @@ def chunk_header(source: BagFile, info: ChunkInfo) -> tuple[ChunkHeader, int]:
     """
     head = _chunk_head(source, info.pos)
     left = source.size - head.data_pos
+    # A crashed recorder leaves 0 as the size of its last chunk, whose data goes on to the end of the file.
     return ChunkHeader.from_fields(head.fields), min(head.data_size, left) if head.data_size else left
 
 

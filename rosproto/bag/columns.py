@@ -78,7 +78,7 @@ def _cut_out(
         if batch.chunk is not None:
             found = places.take(batch.chunk.blob, rows.start, rows.end, paths)
         if found is None:
-            step(-sum(map(len, times)))
+            step(-sum(map(len, times)))  # taken back: `_decoded` reads them all again
             return None
         times.append(rows.secs + rows.nsecs / 1e9)
         pieces.append(found)

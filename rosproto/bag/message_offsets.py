@@ -148,7 +148,7 @@ def walk(
                         raise BagError(f"a message of {size} bytes is truncated", offset=at - base)
                     places.append((conn, secs, nsecs, start, after))
                     break
-            else:
+            else:  # another kind of record, or a message with another header
                 fields, data, after = _record_in(blob, base, at, end)
                 op = op_of(fields)
                 others += op != OP_MESSAGE
@@ -191,6 +191,7 @@ def table_at_once(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]
     places = end - base - MESSAGE_HEAD + 1
     if places <= 0 or int(where.max()) >= places or int(where.min()) < 0:
         return None
+    # A window at every byte (stride 1): a head may begin anywhere.
     windows = np.ndarray((places,), _HEAD_TYPE, blob, base, (1,))
     heads = windows[where]
     layout = _layout(heads[0].tobytes())

@@ -216,6 +216,7 @@ class BagReader:
         best: tuple[int, ChunkMessages] | None = None
         chunks = [c for c in self.chunks if c.start <= limit and not wanted.isdisjoint(c.counts)]
         with system_errors(self.path):
+            # By the latest message each may have, the latest first: usually the first chunk has it.
             for info in sorted(chunks, key=lambda c: (min(c.end, limit), c.pos), reverse=True):
                 if best is not None and info.end < best[0]:
                     break

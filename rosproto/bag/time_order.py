@@ -93,7 +93,7 @@ def merged(
             held.put(number, data)
             rows = rows.in_time_order()
             waiting.append(_PendingMessages(number, rows, rows.time, len(data.blob)))
-        data = None
+        data = None  # not in memory twice while the next one is read
         limit = order[number + 1].start if number + 1 in numbers else None
         patience -= 1
         if limit is not None and patience > 0:

@@ -185,14 +185,14 @@ class _Scan:
     def _load(self, info: ChunkInfo) -> ChunkData | None:
         try:
             data = read_chunk(self._source, info, 0, with_index=False)
-            data.rows(())
+            data.rows(())  # raises if a record is damaged
         except BagError as problem:
             self._found.damage.append(f"the chunk at byte {info.pos} is damaged: {problem}")
             self._found.lost = True
             info.partial, info.indexed = True, False
         else:
             return data
-        try:
+        try:  # again, as a partial chunk: what stands before the damage
             data = read_chunk(self._source, info, 0, with_index=False)
             data.complete = False
         except BagError:
