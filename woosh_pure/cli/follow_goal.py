@@ -42,6 +42,7 @@ def follow(
     out.line("{what} ...", what=say(describe))
     live = not out.as_json and is_terminal(sys.stdout)
     every = _LIVE if live else _PLAIN
+    # The first line comes soon, also where the others are far apart.
     due, shown = time.monotonic() + min(every, 1.0), ""
 
     def show() -> None:

@@ -274,6 +274,7 @@ class ActiveMotions:
             self._require_no_stop(goal.description, since)
             if check and drives:
                 self.require_free_base(goal.description)
+                # Those that another thread has begun since the look above.
                 late = [o for o in self.goals if o.holds_the_base and o not in ended and not o.replaced_by]
                 self._make_way(goal, late, check=True, replace=False)
             if (scope := current()) is not None:

@@ -161,4 +161,4 @@ def _send_zeros(run: StopRun, waiting: dict[str, rosproto.Publisher]) -> None:
                     say("zero velocity on {topic} (nobody has connected to it)", topic=topic)
                 )
                 del waiting[topic]
-        time.sleep(0.05 if sent else 0.01)
+        time.sleep(0.05 if sent else 0.01)  # the first zero follows its subscriber at once

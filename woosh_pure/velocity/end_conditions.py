@@ -71,6 +71,7 @@ class Heartbeat:
         False.
         """
         try:
+            # One of the robot's own nodes, if there is one: false sorts before true.
             listener = min(self._publisher.subscribers, key=lambda name: name not in ROBOT_NODES)
             uri = self._node.master.lookup_node(listener, timeout=ANSWER_SECONDS)
             client = NodeClient(uri, self._node.name, hosts=self._node.hosts)

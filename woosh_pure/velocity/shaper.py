@@ -96,6 +96,7 @@ class Shaper:
         if now > until:
             self.sent, self._last = Velocity(), now
             return self.sent
+        # The first call counts as one period of 20 Hz; a late one makes up for 0.2 s at most.
         dt = 0.05 if self._last is None else min(max(now - self._last, 0.0), 0.2)
         self._last = now
         step, turn = self.limits.acceleration * dt, self.limits.angular_acceleration * dt

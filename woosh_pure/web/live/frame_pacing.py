@@ -147,6 +147,7 @@ class FrameSender:
         """
         looked_at = [kind for kind in _BINARY if kind in self.watched]
         others = sorted([*_ORDER, *looked_at], key=lambda kind: self._last_sent.get(kind, -1))
+        # -2: a pose that was never sent is not the frame before the first one either.
         if self._last_sent.get("pose", -2) == self._sent - 1:
             return [*_AT_ONCE, *others, "pose"]
         return [*_AT_ONCE, "pose", *others]
@@ -171,6 +172,7 @@ class FrameSender:
             version, content = newest.get(part, (0, ""))
             if version > self._versions.get(part, 0):
                 self._versions[part] = version
+                # The hub holds each part as JSON text, so a state is joined from texts.
                 parts.append(f'"{part}":{content!s}')
         version, content = newest.get("ages", (0, ""))
         if not parts and version <= self._versions.get("ages", 0):
@@ -190,6 +192,7 @@ class FrameSender:
 
     def _lease_news(self) -> str | None:
         state = self._robot.chassis.lease.state
+        # The seconds that are left count every five: every frame would be news otherwise.
         seen = (state.holder, state.asking, round(state.seconds) // 5)
         if seen == self._lease:
             return None

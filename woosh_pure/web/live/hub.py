@@ -246,7 +246,10 @@ class Hub:
 
     async def _scan(self) -> None:
         scan, pose = self.robot.feed("scan").known, self.robot.feed("pose").known
-        if scan is None or pose is None or scan.received - self._seen.get("scan", 0.0) < SCAN_EVERY * 0.9:
+        if scan is None or pose is None:
+            return
+        # 0.9: of scans at that very rate, one that comes a little early is shown too.
+        if scan.received - self._seen.get("scan", 0.0) < SCAN_EVERY * 0.9:
             return
         self._seen["scan"] = scan.received
         value = scan.value

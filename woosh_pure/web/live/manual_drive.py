@@ -69,7 +69,7 @@ class ManualDrive:
         try:
             drive = velocity(bypasses_protection=True, max_linear=MAX_LINEAR, max_angular=MAX_ANGULAR)
         except ValueError:  # the chassis's own limits are lower
-            known = velocity(bypasses_protection=True).limits
+            known = velocity(bypasses_protection=True).limits  # of a block that is never entered
             drive = velocity(
                 bypasses_protection=True,
                 max_linear=min(MAX_LINEAR, known.linear),

@@ -207,9 +207,8 @@ class Viewer:
             while changed := self._sender.watched ^ self._wanted:
                 what = min(changed)
                 on = what in self._wanted
-                self._sender.watched ^= {
-                    what
-                }  # before it is waited for: at the end of `run` all of it is given up
+                # Before it is waited for: at the end of `run` all that is watched is given up.
+                self._sender.watched ^= {what}
                 await self._hub.watch(what, on)
         finally:
             self._is_looking = False
