@@ -60,7 +60,7 @@ export class HealthTab {
 
   fault(fault) {
     const level = LEVEL[String(fault.level ?? "").toLowerCase()] ?? "notice";
-      return el("li", { class: level === "severe" ? "bad" : "warn" }, el("strong", {}, said(fault)),
+    return el("li", { class: level === "severe" ? "bad" : "warn" }, el("strong", {}, said(fault)),
       el("p", { class: "quiet" }, [t(`faults.${level}`), t("faults.code", { code: fault.code })].join(" · ")),
       el("p", {}, `${t("todo.title")} ${fault.todo || t("faults.look")}`));
   }
