@@ -1,20 +1,26 @@
-"""Threads for work that waits or computes beside the caller: those of asyncio's calls, and of a bag's chunks.
+"""Threads for work that waits, computes or is due later: asyncio's calls, a bag's chunks, retries of links.
 
 `concurrent.futures` has no daemon threads: a program would wait for a server that has stopped answering.
 """
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import os
 import threading
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from functools import partial
+from time import monotonic
 from typing import Any, TypeVar
 
 T = TypeVar("T")
+_Task = tuple[Future[Any], Callable[[], object]]
 LINGER = 0.02  # seconds that a thread waits for more work; cheaper than starting another thread
+_FIRST_SWEEP = 256  # tasks due later, before the cancelled ones among them are removed
 
 
 def worker_count() -> int:
@@ -24,7 +30,8 @@ def worker_count() -> int:
 
 
 class WorkerPool:
-    """Runs tasks in the order they were added, several at a time. Threads start on demand and end when idle.
+    """Runs tasks in the order they were added, several at a time, and others when they are due. Threads start
+    on demand and end when idle; one stays while a task is due later.
 
     Args:
         name: Of the threads: "rosproto:..." or "woosh:...".
@@ -32,6 +39,8 @@ class WorkerPool:
         daemon: Whether a program may end before the tasks are done.
         idle_seconds: A thread without work ends after this. It keeps a program alive unless it is a daemon.
         in_caller: Whether `add` runs the task itself when no thread can be started; otherwise it raises.
+        gradual: Start a thread only when the one before has taken its task and another still waits: quick
+            tasks that come at once then share a thread, and a slow one delays no other.
     """
 
     def __init__(
@@ -42,16 +51,22 @@ class WorkerPool:
         daemon: bool,
         idle_seconds: float = LINGER,
         in_caller: bool = False,
+        gradual: bool = False,
     ) -> None:
         self._name = name
         self._max_threads = max_threads
         self._daemon = daemon
         self._idle_seconds = idle_seconds
         self._in_caller = in_caller
+        self._gradual = gradual
         # Not SimpleQueue: on a busy machine, its `get` may wait for ever in spite of its timeout.
-        self._waiting: deque[tuple[Future[Any], Callable[[], object]]] = deque()
+        self._waiting: deque[_Task] = deque()
+        self._later: list[tuple[float, int, _Task]] = []  # heap by due time
+        self._numbers = itertools.count()
+        self._sweep_at = _FIRST_SWEEP
         self._changed = threading.Condition()  # reentrant: a signal handler may add a task
         self._threads = self._idle = 0
+        self._coming = False  # a thread was started or woken, and has not taken a task yet
         self._closed = False
 
     def add(self, work: Callable[[], T], *, urgent: bool = False) -> Future[T]:
@@ -63,48 +78,100 @@ class WorkerPool:
         task: Future[T] = Future()
         with self._changed:
             (self._waiting.appendleft if urgent else self._waiting.append)((task, work))
-            if self._idle >= len(self._waiting):
-                self._changed.notify()
+            try:
+                self._provide_thread(urgent)
                 return task
-            if self._threads >= self._max_threads and not urgent:
-                return task
-            self._threads += 1
-        run = partial(self._run, self._idle_seconds)
-        try:
-            threading.Thread(target=run, name=self._name, daemon=self._daemon).start()
-        except RuntimeError:
-            if not self._in_caller:
-                with self._changed:
-                    self._threads -= 1
+            except RuntimeError:
+                if not self._in_caller:
                     self._waiting.remove((task, work))
-                raise
-            self._run(0.0)
+                    raise
+            self._threads += 1
+        self._run(0.0)
+        return task
+
+    def add_later(self, seconds: float, work: Callable[[], T]) -> Future[T]:
+        """Queue work that is due in `seconds`; `cancel` of the result drops it.
+
+        Raises:
+            RuntimeError: No thread runs, and none can be started.
+        """
+        task: Future[T] = Future()
+        item = (monotonic() + seconds, next(self._numbers), (task, work))
+        with self._changed:
+            if len(self._later) >= self._sweep_at:
+                self._later = [item for item in self._later if not item[2][0].cancelled()]
+                heapq.heapify(self._later)
+                self._sweep_at = max(_FIRST_SWEEP, 2 * len(self._later))
+            heapq.heappush(self._later, item)
+            if self._later[0] is item:
+                try:
+                    self._provide_thread()
+                except RuntimeError:
+                    if not self._threads:
+                        self._later.remove(item)
+                        heapq.heapify(self._later)
+                        raise
         return task
 
     def close(self) -> None:
         """End the idle threads now, and each other one when it becomes idle. Does not wait.
 
-        Work that is added later is done, too.
+        Work that is added later is done, too; work that is due later is dropped.
         """
         with self._changed:
             self._closed = True
+            self._later.clear()
             self._changed.notify_all()
+
+    def _provide_thread(self, urgent: bool = False) -> None:
+        """Wake an idle thread or start one, if there may be one more."""
+        if self._gradual and self._coming:
+            return
+        self._coming = True
+        if self._idle >= (1 if self._gradual else len(self._waiting)):
+            self._changed.notify()
+        elif self._threads < self._max_threads or urgent:
+            run = partial(self._run, self._idle_seconds)
+            try:
+                threading.Thread(target=run, name=self._name, daemon=self._daemon).start()
+            except BaseException:
+                self._coming = False
+                raise
+            self._threads += 1
+        else:
+            self._coming = False
 
     def _run(self, idle_seconds: float) -> None:
         """Run tasks until none was waiting for `idle_seconds`."""
-        while True:
-            with self._changed:
-                if not self._waiting:
-                    self._idle += 1
-                    self._changed.wait_for(lambda: self._waiting or self._closed, idle_seconds)
-                    self._idle -= 1
-                if not self._waiting:
+        while (task := self._next(idle_seconds)) is not None:
+            if task[0].set_running_or_notify_cancel():
+                self._do(*task)
+            del task  # free the referenced objects
+
+    def _next(self, idle_seconds: float) -> _Task | None:
+        """Wait for a task; None if this thread should end."""
+        end = monotonic() + idle_seconds
+        with self._changed:
+            while True:
+                self._coming = False
+                now = monotonic()
+                while self._later and self._later[0][0] <= now:
+                    self._waiting.append(heapq.heappop(self._later)[2])
+                if self._waiting:
+                    break
+                if self._closed or (now >= end and not (self._later and not self._idle)):
                     self._threads -= 1
-                    return
-                task, work = self._waiting.popleft()
-            if task.set_running_or_notify_cancel():
-                self._do(task, work)
-            del task, work  # free the referenced objects
+                    return None
+                until = self._later[0][0] if self._later else end
+                self._idle += 1
+                self._changed.wait((until if now >= end else min(until, end)) - now)
+                self._idle -= 1
+            task = self._waiting.popleft()
+            if self._later or (self._gradual and self._waiting):
+                # While this thread is busy, another one takes what still waits or is due later.
+                with suppress(RuntimeError):  # no more threads: the next one that is free takes it
+                    self._provide_thread()
+            return task
 
     def _do(self, task: Future[T], work: Callable[[], T]) -> None:
         try:

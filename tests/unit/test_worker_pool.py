@@ -77,3 +77,50 @@ def test_helpers_are_for_the_processors_of_the_process(monkeypatch):
     assert worker_count() == 2
     monkeypatch.setattr(os, "cpu_count", lambda: None)
     assert worker_count() == 1
+
+
+def test_work_that_is_due_later_runs_in_the_order_of_its_time_on_one_thread():
+    helpers = WorkerPool("helpers later", 8, daemon=True, gradual=True)
+    ran: list[str] = []
+    tasks = [helpers.add_later(seconds, lambda s=seconds: ran.append(s)) for seconds in (0.06, 0.02, 0.04)]
+    dropped = helpers.add_later(0.03, lambda: ran.append("cancelled"))
+    assert dropped.cancel()
+    assert threads("helpers later") == 1
+    for task in tasks:
+        task.result(10)
+    assert ran == [0.02, 0.04, 0.06]
+    until(lambda: not threads("helpers later"), what="the end of the thread")
+
+
+def test_a_thread_stays_for_work_that_is_due_after_the_idle_time():
+    helpers = WorkerPool("helpers stays", 8, daemon=True, idle_seconds=0.01, gradual=True)
+    assert helpers.add_later(0.1, lambda: "done").result(10) == "done"
+
+
+def test_work_that_is_due_is_not_delayed_by_a_task_that_waits():
+    helpers = WorkerPool("helpers busy", 8, daemon=True, gradual=True)
+    go = threading.Event()
+    slow = [helpers.add(lambda: go.wait(10)) for _ in range(3)]
+    assert helpers.add_later(0.02, lambda: "on time").result(5) == "on time"
+    assert helpers.add(lambda: "at once").result(5) == "at once"
+    go.set()
+    assert all(task.result(10) for task in slow)
+
+
+def test_quick_tasks_that_come_at_once_share_threads():
+    """As long as the first thread has not taken its task, no other one is started."""
+    helpers = WorkerPool("helpers few", 1000, daemon=True, idle_seconds=5.0, gradual=True)
+    with helpers._changed:
+        tasks = [helpers.add(lambda: None) for _ in range(50)]
+        assert threads("helpers few") == 1
+    for task in tasks:
+        task.result(10)
+    helpers.close()
+
+
+def test_cancelled_tasks_that_were_due_later_are_not_kept():
+    helpers = WorkerPool("helpers swept", 1, daemon=True)
+    for _ in range(2000):
+        helpers.add_later(3600, lambda: None).cancel()
+    assert len(helpers._later) < 600
+    helpers.close()
