@@ -293,6 +293,7 @@ class TopicTable:
     def verify_publishers(self, topic: str) -> None:
         subscription = self._subscriptions.get(topic)
         if subscription is not None:
+            subscription.nudge()
             self._context.check_publishers(subscription)
 
     def bus_info(self) -> list[list[object]]:

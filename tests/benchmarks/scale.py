@@ -1,13 +1,14 @@
 """Many subscribers, many topics, many connections, beside rospy: rate, latency, threads and memory per link.
 
     python -m tests.benchmarks scale [--subscribers 50] [--topics 200] [--connections 1000] [--seconds 3]
-                                     [--only subscribers,topics,connections]
+                                     [--gone 400] [--only subscribers,topics,connections,gone]
 
 * N processes' worth of subscribers of one topic: one publisher, N plain sockets that read and count; the same
   reader for both libraries, so only the publisher differs. Messages per second, CPU per message, latency of one
   message at 20 Hz to the last of the readers.
 * M topics on one node: one publisher node, one subscriber node, each topic at 10 Hz.
 * K idle connections to one publisher: memory and threads per connection, and whether the next subscriber is served.
+* One subscriber of G topics whose publishers are registered and gone: processor time and threads, after a while.
 """
 
 from __future__ import annotations
@@ -38,7 +39,11 @@ def run(arguments: list[str]) -> None:
     parser.add_argument("--topics", type=int, default=200)
     parser.add_argument("--connections", type=int, default=1000)
     parser.add_argument("--seconds", type=float, default=3.0)
-    parser.add_argument("--only", default="subscribers,topics,connections")
+    parser.add_argument("--gone", type=int, default=400)
+    parser.add_argument(
+        "--settle", type=float, default=60.0, help="seconds before idle processes are measured"
+    )
+    parser.add_argument("--only", default="subscribers,topics,connections,gone")
     args = parser.parse_args(arguments)
     only = args.only.split(",")
     with tempfile.TemporaryDirectory() as folder, Bench(Path(folder), 1, args.seconds) as bench:
@@ -48,6 +53,8 @@ def run(arguments: list[str]) -> None:
             many_topics(bench, args.topics, args.seconds)
         if "connections" in only:
             many_connections(bench, args.connections)
+        if "gone" in only:
+            gone_publishers(bench, args.gone, args.settle, args.seconds)
 
 
 def subscribe(bench: Bench, node: str, count: int) -> list[socket.socket]:
@@ -237,3 +244,33 @@ def many_connections(bench: Bench, count: int) -> None:
             )
         finally:
             _end(process, sockets)
+
+
+def gone_publishers(bench: Bench, count: int, settle: float, seconds: float) -> None:
+    print(f"\n{count} topics whose publishers are registered and gone, {settle:g} s after subscribing")
+    for library in ("rospy", "ours"):
+        bench.renew_master()
+        with socket.socket() as dead, XmlRpcClient(bench.uri) as master:
+            dead.bind(("127.0.0.1", 0))
+            uri = f"http://127.0.0.1:{dead.getsockname()[1]}/"
+            for number in range(count):
+                master.call("registerPublisher", "/gone", f"/many{number}", "geometry_msgs/Twist", uri)
+            process = bench.start(library, "many_subscribe", topics=count, life=settle + seconds)
+            try:
+                _answer(process, "ready")
+                time.sleep(settle)
+                print(f"  {library:6} {idle_cost(process.pid, seconds)}")
+            finally:
+                _end(process, [])
+
+
+def idle_cost(pid: int, seconds: float) -> str:
+    """Processor time and threads of a process that has nothing to do."""
+    before = process_facts(pid)
+    time.sleep(seconds)
+    after = process_facts(pid)
+    files = len(os.listdir(f"/proc/{pid}/fd"))
+    return (
+        f"{(after[2] - before[2]) / seconds:7.2%} of a core, {after[1]} threads, {files} files,"
+        f" {after[0] / 2**20:.0f} MiB"
+    )

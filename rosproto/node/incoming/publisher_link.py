@@ -1,12 +1,14 @@
-"""Base class of a subscriber's link to one publisher: a thread that connects, receives and retries.
+"""Base class of a subscriber's link to one publisher: it connects, receives and retries.
 
-The states are in `publisher_link_state.py`. The subclasses `TcprosLink`, `UdprosLink` and `LocalLink` (for a
-publisher in this process) open a session and receive.
+Each session, and each try to begin one, has a thread; a link that waits for its next try has none. The states
+are in `publisher_link_state.py`. The subclasses `TcprosLink`, `UdprosLink` and `LocalLink` (for a publisher
+in this process) open a session and receive.
 """
 
 from __future__ import annotations
 
 import threading
+from concurrent.futures import Future
 from time import monotonic
 from typing import TYPE_CHECKING
 
@@ -33,7 +35,8 @@ from rosproto.node.incoming.publisher_link_state import (
 )
 from rosproto.node.stats import ConnectedLink, LinkStats
 from rosproto.protocol.handshake import HandshakeRefused
-from rosproto.transport.os_errors import interpreter_shuts_down, translate
+from rosproto.transport.os_errors import interpreter_shuts_down, is_refused, translate
+from rosproto.transport.shared_threads import shared_threads
 
 if TYPE_CHECKING:
     from rosproto.node.incoming.subscription import Subscription
@@ -44,12 +47,17 @@ REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLa
 """Errors after which an immediate retry is useless."""
 
 
-ASK_EVERY = 4
-"""Failed tries (about 1 s) after which the master is asked whether it still lists the publisher."""
+def is_gone(error: BaseException | None) -> bool:
+    """Whether the publisher's computer or node answered that it is not there: it has ended."""
+    return isinstance(error, MasterError) or (error is not None and is_refused(error))
+
+
+ASK_EVERY, ASK_AFTER_SECONDS = 4, 1.0
+"""Failed tries, or a wait, after which the master is asked whether it still lists the publisher."""
 
 
 class PublisherLink:
-    """Thread and states of a link; subclasses implement the session in `_open` and `_receive`.
+    """States of a link; subclasses implement the session in `_open` and `_receive`.
 
     Attributes:
         uri: XML-RPC URI of the publisher, as the master gave it.
@@ -77,6 +85,10 @@ class PublisherLink:
         self.state = LinkState.WAITING
         self._condition = threading.Condition()
         self._nudged = False
+        self._pauses = RetryPauses()
+        self._waited = 0.0  # the present or last wait, in seconds
+        self._may_retry = 0.0  # monotonic time before which not even a nudge ends the wait
+        self._retry: Future[None] | None = None  # None while a thread is at work
         self._sessions = 0
         self._session = 0
         self._attempts = 0
@@ -86,11 +98,11 @@ class PublisherLink:
         self.last_error: Exception | None = None
         self._bytes = 0
         self._messages = 0
-        self._thread = threading.Thread(target=self._run, name=f"rosproto:{self.topic} < {uri}", daemon=True)
+        self._thread: threading.Thread | None = None
 
     def start(self) -> None:
-        """Start the thread."""
-        self._thread.start()
+        """Begin the first try."""
+        self._begin(LinkEvent.DUE)
 
     @property
     def connected(self) -> bool:
@@ -118,16 +130,20 @@ class PublisherLink:
         Ends the current wait, or else the next one.
         """
         with self._condition:
-            self._nudged = True
             if not self.state.is_wait:
                 self._step(LinkEvent.NUDGED)
-            self._condition.notify_all()
+            was, self._nudged = self._nudged, True
+            if self._retry is not None and not was:
+                self._retry_in(self._may_retry - monotonic())
 
     def close(self) -> None:
         """End the link for good; does not wait for the thread (`join` does)."""
         with self._condition:
             self._step(LinkEvent.WITHDRAWN)
-            self._condition.notify_all()
+            retry, self._retry = self._retry, None
+        if retry is not None:
+            retry.cancel()
+            self.subscription.link_closed(self)
         self._interrupt()
 
     def interrupt(self) -> None:
@@ -137,15 +153,21 @@ class PublisherLink:
 
     def join(self, timeout: float) -> None:
         """Wait for the thread, unless called in it (by a callback that closes its own subscriber)."""
-        if threading.current_thread() is not self._thread and self._thread.ident is not None:
-            self._thread.join(timeout)
+        thread = self._thread
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(timeout)
 
-    # -- the thread -----------------------------------------------------------------------------------------
+    # -- the threads ----------------------------------------------------------------------------------------
 
-    def _run(self) -> None:
-        pauses = RetryPauses()
-        event = LinkEvent.DUE
-        while self._step(event) is LinkState.REQUESTING:
+    def _begin(self, event: LinkEvent) -> None:
+        """Begin a try in a thread of its own."""
+        self._thread = threading.Thread(
+            target=self._run, args=(event,), name=f"rosproto:{self.topic} < {self.uri}", daemon=True
+        )
+        self._thread.start()
+
+    def _run(self, event: LinkEvent) -> None:
+        if self._step(event) is LinkState.REQUESTING:
             try:
                 self._open()
                 self._session = self._context.next_link_id()  # before anybody sees it as connected
@@ -164,15 +186,52 @@ class PublisherLink:
                 self._end_session()
             if not self.named:
                 self.close()
-            event = self._wait(
-                pauses.after(
-                    self._lasted,
-                    refused=self.state is LinkState.REFUSED,
-                    mismatch=isinstance(self.last_error, Md5sumMismatch),
-                )
-            )
-            self._begun_at = None
+        self._wait()
+
+    def _wait(self) -> None:
+        """Wait for the next try, without a thread if possible."""
+        self._waited = self._pauses.after(
+            self._lasted,
+            refused=self.state is LinkState.REFUSED,
+            mismatch=isinstance(self.last_error, Md5sumMismatch),
+            gone=is_gone(self.last_error),
+        )
+        self._begun_at = None
+        # Any node can cause any number of nudges, so the wait has a minimum.
+        shortest = min(self._waited, MIN_WAIT_SECONDS)
+        while True:
+            with self._condition:
+                if self.state is LinkState.CLOSED:
+                    break
+                self._may_retry = monotonic() + shortest
+                try:
+                    self._retry_in(shortest if self._nudged else self._waited)
+                    return
+                except RuntimeError as error:
+                    if interpreter_shuts_down(error):
+                        return
+                    self._condition.wait(MIN_WAIT_SECONDS)  # the process has no thread left
         self.subscription.link_closed(self)
+
+    def _retry_in(self, seconds: float) -> None:
+        before, self._retry = self._retry, shared_threads().add_later(seconds, self._due)
+        if before is not None:
+            before.cancel()
+
+    def _due(self) -> None:
+        """The wait is over."""
+        with self._condition:
+            if self._retry is None:
+                return  # closed
+            nudged, self._nudged = self._nudged, False
+            event = LinkEvent.NUDGED if nudged else LinkEvent.DUE
+            try:
+                self._begin(event)
+            except RuntimeError as error:
+                if not interpreter_shuts_down(error):
+                    self._retry_in(MIN_WAIT_SECONDS)  # the process has no thread left
+                return
+            self._retry = None
 
     def _step(self, event: LinkEvent) -> LinkState:
         """Enter the next state of the table; only this method changes the state."""
@@ -184,17 +243,6 @@ class PublisherLink:
     def _lasted(self) -> float | None:
         """Seconds since the session began; None without a session."""
         return None if self._begun_at is None else monotonic() - self._begun_at
-
-    def _wait(self, seconds: float) -> LinkEvent:
-        """Wait before the next try; return the event that ended the wait."""
-        with self._condition:
-            # Any node can cause any number of nudges, so the wait has a minimum.
-            least = min(seconds, MIN_WAIT_SECONDS)
-            self._condition.wait_for(lambda: self.state is LinkState.CLOSED, least)
-            seconds -= least
-            self._condition.wait_for(lambda: self._nudged or self.state is LinkState.CLOSED, seconds)
-            nudged, self._nudged = self._nudged, False
-            return LinkEvent.NUDGED if nudged else LinkEvent.DUE
 
     def _begun(self) -> None:
         self._sessions += 1
@@ -218,7 +266,7 @@ class PublisherLink:
         if was is LinkState.RECEIVING:
             self.subscription.link_changed()
         self._attempts += 1
-        if self._attempts % ASK_EVERY == 0:
+        if self._attempts % ASK_EVERY == 0 or self._waited > ASK_AFTER_SECONDS:
             self._context.check_publishers(self.subscription)
         if was is LinkState.RECEIVING:
             kind = EventKind.DISCONNECTED

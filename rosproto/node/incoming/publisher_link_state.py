@@ -7,10 +7,12 @@ again, and roscpp tries the old port for ever (docs/wire.md, 58). The link is cl
 longer names the publisher, or the subscriber closes.
 
 The wait (`RetryPauses`) depends on the failure. An unreachable publisher is tried again after 50 ms, doubling
-to 0.6 s, so that a restarted one is connected within a second. After a refusal: 0.5 s, doubling to 5 s. If
-the definitions differ: 30 s, doubling to 5 minutes, since each try logs a warning at the publisher. If
-sessions begin but end at once: up to 5 s; a session is a success after `STEADY_SECONDS`. When the master
-names the publisher again (a nudge), any wait ends, but not before `MIN_WAIT_SECONDS`.
+to 0.6 s, so that one behind a network failure is connected within a second. One that is gone (its computer
+refuses the connection) registers again when it comes back, and the master then names it: this nudge ends any
+wait, but not before `MIN_WAIT_SECONDS`. Only if the master cannot tell us (a firewall) does it have to be
+found: each wait is a third of the time that it has been away, at most a minute. After a refusal: 0.5 s,
+doubling to 5 s. If the definitions differ: 30 s, doubling to 5 minutes, since each try logs a warning at the
+publisher. If sessions begin but end at once: up to 5 s; a session is a success after `STEADY_SECONDS`.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from rosproto.transport.backoff import Backoff
 
 STEADY_SECONDS = 5.0
 MIN_WAIT_SECONDS = 0.25
+GONE = (0.1, 60.0)  # seconds: the first and the longest wait for a publisher that has ended
 MISMATCH = (30.0, 300.0)  # seconds: the first and the longest wait when definitions differ
 
 
@@ -92,18 +95,24 @@ class RetryPauses:
 
     def __init__(self) -> None:
         self._retry = Backoff(first=0.05, factor=2.0, maximum=0.6, jitter=0.2)
+        self._gone = Backoff(first=GONE[0], factor=1.3, maximum=GONE[1], jitter=0.2)
         self._brief = Backoff(first=0.05, factor=2.0, maximum=5.0, jitter=0.2)
         self._refused = Backoff(first=0.5, factor=2.0, maximum=5.0, jitter=0.2)
         self._mismatch = Backoff(first=MISMATCH[0], factor=2.0, maximum=MISMATCH[1], jitter=0.2)
 
-    def after(self, lasted: float | None, *, refused: bool = False, mismatch: bool = False) -> float:
+    def after(
+        self, lasted: float | None, *, refused: bool = False, mismatch: bool = False, gone: bool = False
+    ) -> float:
         """Seconds to wait before the next try.
 
         Args:
             lasted: Seconds that the session lasted; None if there was none.
             refused: The publisher or we refused the other side's header.
             mismatch: The definitions differ, and values cannot be converted.
+            gone: The publisher has ended.
         """
+        if lasted is not None or not gone:
+            self._gone.reset()
         if lasted is not None:
             self._retry.reset()
             if lasted >= STEADY_SECONDS:
@@ -113,4 +122,6 @@ class RetryPauses:
             return self._mismatch.next()
         if refused:
             return self._refused.next()
+        if gone and lasted is None:
+            return self._gone.next()
         return (self._retry if lasted is None else self._brief).next()

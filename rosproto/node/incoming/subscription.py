@@ -131,7 +131,8 @@ class Subscription:
 
         With `keep_connected`, connected links are kept until their connection ends. This is used when we
         register again: a restarted master knows no publishers, and neither roscpp nor rospy registers again,
-        but their publishers go on sending.
+        but their publishers go on sending. Otherwise the master has news: a publisher that is named again may
+        have been restarted, so links that wait try at once.
         """
         wanted = {_canonical(uri): uri for uri in uris}
         with self._condition:
@@ -149,8 +150,8 @@ class Subscription:
                 link.named = key not in kept
             gone = [link for key, link in self.links.items() if key not in wanted and key not in kept]
             new = {key: uri for key, uri in wanted.items() if key not in self.links}
-            for link in self.links.values():
-                link.nudge()
+            if not keep_connected:
+                self.nudge()
             for link in gone:
                 self._latched.pop(link, None)
             links = {key: link for key, link in self.links.items() if key in wanted}
@@ -161,6 +162,11 @@ class Subscription:
             link.close()
         for link in made.values():
             link.start()
+
+    def nudge(self) -> None:
+        """Let links that wait try at once."""
+        for link in list(self.links.values()):
+            link.nudge()
 
     def _as_many_as_allowed(self, wanted: dict[str, str]) -> dict[str, str]:
         """Limit the links, which need a thread each, to `limits.publishers`; connected ones are kept."""

@@ -91,6 +91,18 @@ def test_waits_are_bounded() -> None:
     assert 4.0 <= [pauses.after(None, refused=True) for _ in range(10)][-1] <= 6.0
 
 
+def test_a_publisher_that_is_gone_is_tried_ever_less() -> None:
+    """It is found after a third of the time that it was away, at most a minute; after a short restart at once."""
+    pauses, away = RetryPauses(), 0.0
+    for _ in range(60):
+        pause = pauses.after(None, gone=True)
+        assert pause <= max(0.2, 0.4 * away + 0.1)
+        away += pause
+    assert 48.0 <= pause <= 72.0
+    assert pauses.after(None) < 0.1  # another failure: it may be behind a network that fails
+    assert pauses.after(None, gone=True) < 0.2
+
+
 @pytest.mark.promise("retried every few seconds")
 def test_sessions_that_end_at_once_are_no_success() -> None:
     """A publisher that agrees and breaks off is tried every few seconds at last; one that stayed, at once."""
