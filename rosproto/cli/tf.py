@@ -292,10 +292,9 @@ class _Frame:
 
 
 class Arrivals:
-    """Statistics of the transforms of each frame. Thread-safe; keeps delays of the last `keep` transforms."""
+    """Statistics of the transforms of each frame. Thread-safe; keeps the last 1000 delays."""
 
-    def __init__(self, keep: int = 1000) -> None:
-        self._keep = keep
+    def __init__(self) -> None:
         self._lock = threading.Lock()
         self._frames: dict[str, _Frame] = {}
 
@@ -310,7 +309,7 @@ class Arrivals:
                 one.parent, one.sender, one.static = parent, sender, static
                 one.count, one.last = one.count + 1, received
                 one.delays.append(received - transform.header.stamp.to_sec())
-                del one.delays[: -self._keep]
+                del one.delays[:-1000]
 
     def facts(self, asked: list[str]) -> list[dict[str, Any]]:
         """Return a row per frame, sorted; for two given frames, those between them.

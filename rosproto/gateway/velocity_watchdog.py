@@ -151,14 +151,12 @@ class DriveTable:
 
     Args:
         silence: Seconds without a velocity after which a driver counts as gone.
-        zeros: Number of zeros sent.
-        over: Seconds from the first zero to the last.
+        over: Seconds from the first zero to the last (`ROUNDS` of them).
     """
 
-    def __init__(self, *, silence: float = SILENCE, zeros: int = ROUNDS, over: float = OVER) -> None:
+    def __init__(self, *, silence: float = SILENCE, over: float = OVER) -> None:
         self._silence = silence
-        self._zeros = zeros
-        self._apart = over / max(1, zeros - 1)
+        self._apart = over / max(1, ROUNDS - 1)
         self._topics: dict[str, _Topic] = {}
 
     @property
@@ -192,7 +190,7 @@ class DriveTable:
 
     def _stop_if_nobody_drives(self, state: _Topic, now: float) -> None:
         if not state.drivers:
-            state.zeros_left, state.next_zero = self._zeros, now
+            state.zeros_left, state.next_zero = ROUNDS, now
 
     def due(self, now: float) -> list[str]:
         """Return the topics that need a zero now; each call counts as one zero of each."""

@@ -85,7 +85,6 @@ class Notifier:
         prompt_workers: Nodes served at the same time.
         patient_workers: Unresponsive nodes tried at the same time.
         pending_per_node: Most notifications kept for one node; beyond that the oldest is dropped.
-        monotonic: Clock for the pauses.
     """
 
     def __init__(
@@ -95,10 +94,8 @@ class Notifier:
         prompt_workers: int = 64,
         patient_workers: int = 8,
         pending_per_node: int = 10_000,
-        monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
         self._connect = connect
-        self._monotonic = monotonic
         self._pending_per_node = pending_per_node
         self._lock = threading.Lock()
         self._prompt = _WorkerGroup("prompt", prompt_workers, self._lock)
@@ -162,7 +159,7 @@ class Notifier:
 
     def _schedule(self, lane: _WorkerGroup, queue: _Queue, pause: float) -> None:
         assert self._lock.locked()
-        heapq.heappush(lane.ready, (self._monotonic() + pause, next(self._order), queue))
+        heapq.heappush(lane.ready, (time.monotonic() + pause, next(self._order), queue))
         self._grow(lane)
         lane.changed.notify()
 
@@ -192,11 +189,11 @@ class Notifier:
 
     def _take(self, lane: _WorkerGroup) -> _Queue | None:
         """The next due node; None if this worker should end."""
-        give_up = self._monotonic() + IDLE_SECONDS
+        give_up = time.monotonic() + IDLE_SECONDS
         lane.idle += 1
         try:
             while not self._closed:
-                now = self._monotonic()
+                now = time.monotonic()
                 if lane.ready and lane.ready[0][0] <= now:
                     queue = heapq.heappop(lane.ready)[2]
                     lane.idle -= 1

@@ -121,21 +121,21 @@ def add_watchdog(parser: ArgumentParser) -> None:
     )
 
 
-def add_wait(parser: ArgumentParser, default: float = 5.0) -> None:
+def add_wait(parser: ArgumentParser) -> None:
     """Add --wait, for commands that need a message of the chassis."""
     parser.add_argument(
         "--wait",
         type=positive,
-        default=default,
+        default=5.0,
         metavar="S",
-        help=f"seconds to wait for the chassis to report it ({default:g})",
+        help="seconds to wait for the chassis to report it (5)",
     )
 
 
-def add_timeout(parser: ArgumentParser, default: float = 300.0) -> None:
+def add_timeout(parser: ArgumentParser) -> None:
     """Add --timeout, for commands that start a motion."""
     parser.add_argument(
-        "--timeout", type=positive, default=default, metavar="S", help=f"then it is cancelled ({default:g})"
+        "--timeout", type=positive, default=300.0, metavar="S", help="then it is cancelled (300)"
     )
 
 

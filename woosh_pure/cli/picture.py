@@ -31,6 +31,7 @@ LEFT, RIGHT, TOP, BOTTOM = 44, 12, 12, 44
 _MAX_PIXELS, _MIN_PIXELS = 4000, 400
 _APART = 40
 """Least pixels between two lines of the grid."""
+_BLANK_RESOLUTION = 0.05  # m
 _NO_PILLOW = (
     "the picture is the plain map; the extra cli adds grid, scale, marks, path, scan and robot: "
     'pip install ".[cli]"'
@@ -93,13 +94,13 @@ def chart_of(
     return np.asarray(picture.framed()), notes
 
 
-def blank_around(points: NDArray[np.floating], *, resolution: float = 0.05, margin: float = 1.0) -> GridMap:
+def blank_around(points: NDArray[np.floating]) -> GridMap:
     """Return an empty map that contains the points (N, 2) m and the origin, for pictures without a map."""
     corners = np.vstack([np.asarray(points, dtype=np.float64).reshape(-1, 2), [[0.0, 0.0]]])
-    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
-    width, height = (math.ceil(float(v) / resolution) for v in high - low)
+    low, high = corners.min(axis=0) - 1.0, corners.max(axis=0) + 1.0  # 1 m around them
+    width, height = (math.ceil(float(v) / _BLANK_RESOLUTION) for v in high - low)
     cells = np.zeros((height, width), np.int8)
-    return GridMap(cells, resolution, Pose2D(float(low[0]), float(low[1])))
+    return GridMap(cells, _BLANK_RESOLUTION, Pose2D(float(low[0]), float(low[1])))
 
 
 def step_of(metre: float, apart: float = _APART) -> float:
@@ -174,9 +175,9 @@ class _Picture:
         tip = (pose.x + 1.6 * size * math.cos(pose.yaw), pose.y + 1.6 * size * math.sin(pose.yaw))
         self.line([(pose.x, pose.y), tip], ROBOT)
 
-    def mark(self, name: str, pose: Pose2D, size: float = 0.2) -> None:
+    def mark(self, name: str, pose: Pose2D) -> None:
         """Draw a small triangle in the mark's heading, with its name."""
-        size = max(size, 6.0 / self._metre)
+        size = max(0.2, 6.0 / self._metre)
         corners = [(2.0 * size, 0.0), (-size, size), (-size, -size), (2.0 * size, 0.0)]
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         self.line([(pose.x + c * x - s * y, pose.y + s * x + c * y) for x, y in corners], MARK)

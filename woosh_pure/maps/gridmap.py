@@ -174,12 +174,12 @@ def grid_from_message(message: DynamicMessage) -> GridMap:
     return GridMap(cells.reshape(info.height, info.width), info.resolution, origin)
 
 
-def grid_message(grid: GridMap, frame: str = "map") -> DynamicMessage:
+def grid_message(grid: GridMap) -> DynamicMessage:
     """nav_msgs/OccupancyGrid of a map."""
     import numpy as np
 
     message = message_type("nav_msgs/OccupancyGrid")()
-    message.header.frame_id = frame
+    message.header.frame_id = "map"
     info = message.info
     info.resolution, info.width, info.height = grid.resolution, grid.width, grid.height
     set_pose(info.origin, grid.origin)
