@@ -8,18 +8,22 @@ export function kept(key, storage = "localStorage") {
   }
 }
 
+// Keep a value; without one, the kept one is removed.
 export function keep(key, value, storage = "localStorage") {
   try {
-    globalThis[storage].setItem(key, value);
+    if (value) globalThis[storage].setItem(key, value);
+    else globalThis[storage].removeItem(key);
   } catch { /* nothing is kept */ }
 }
+
+const SESSION = ["woosh-session", "sessionStorage"];
 
 // The session of this tab, through a reload, so that the page keeps its goals. It is not stored while the page is open, so that
 // a copied tab gets a new session.
 export function takeSession() {
-  const session = kept("woosh-session", "sessionStorage");
-  keep("woosh-session", "", "sessionStorage");
-  return session || null;
+  const session = kept(...SESSION);
+  keepSession(null);
+  return session;
 }
 
-export const keepSession = (session) => session && keep("woosh-session", session, "sessionStorage");
+export const keepSession = (session) => keep(SESSION[0], session, SESSION[1]);
