@@ -134,7 +134,8 @@ class BrokerConnection:
         payload = json.dumps(message, separators=(",", ":")).encode()
         with self._lock:
             has_room = self._has_room(len(payload))
-            first, self._behind = not has_room and not self._behind, self._behind or not has_room
+            first = not has_room and not self._behind
+            self._behind = self._behind or not has_room
             if not has_room:
                 self.dropped += 1
             else:

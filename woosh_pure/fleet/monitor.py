@@ -144,7 +144,8 @@ class ChassisMonitor:
     def _on_path(self, path: DynamicMessage) -> None:
         """Keep at most `MAX_CORNERS` corners; a path in another frame than the map is ignored."""
         poses, frame = path.poses, path.header.frame_id.lstrip("/")
-        kept = [*poses[: -1 : max(1, -(-len(poses) // MAX_CORNERS))], *poses[-1:]]
+        step = math.ceil(len(poses) / MAX_CORNERS) or 1
+        kept = [*poses[:-1:step], *poses[-1:]]  # with the last one, whatever the step
         points = ((pose.pose.position.x, pose.pose.position.y) for pose in kept)
         self._facts.path = tuple(points) if frame in ("map", "") else ()
         self._path_changed()

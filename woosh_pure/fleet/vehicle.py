@@ -328,7 +328,7 @@ class Vehicle:
                 self._apply(events.StoppedByOthers())
         self._check_waiting_for_rest()
         if "dropped" in flags and "dropped" not in self._due:
-            self._due["dropped"] = 0.0
+            self._due["dropped"] = 0.0  # now
         if self._order.unsaved and not self._inbox.waiting_messages:
             self._write()
         if "connected" in flags or "parameters" in flags:
@@ -413,7 +413,8 @@ class Vehicle:
         if "connect" in self._due and self.facts.located and self.facts.percent is not None:
             self._due["connect"] = 0.0  # ONLINE means that orders are accepted
         if full:
-            freed, self._was_blocked = self._was_blocked and not self._monitor.blocked, self._monitor.blocked
+            freed = self._was_blocked and not self._monitor.blocked
+            self._was_blocked = self._monitor.blocked
             if freed:
                 self._apply(events.RetryDue())
 

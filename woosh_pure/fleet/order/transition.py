@@ -299,6 +299,7 @@ class Transition:
         supported = self.state.limits.actions.get(action.action.type)
         if not action.ending and (not failed or supported is None or supported.interruptible):
             self._replace_action(replace(action, ending=True))
+            # What is cancelled ends before anything is saved; the regular end of an edge can wait for that.
             (self._stops if failed else self._begins).append(EndAction(action.action.id))
 
     def _replace_action(self, new: ActionState) -> None:
