@@ -111,12 +111,12 @@ class _CsvFile:
 
     def write(self, message: object, receive_ns: int) -> None:
         values = [(name, take(message)) for name, take in self._columns]
-        lines = [[str(receive_ns), *(row(value) for _, value in values)]]
+        lines = [[str(receive_ns), *(cell for _, value in values for cell in row(value))]]
         if not self._begun:
-            lines.insert(0, ["%time", *(header(value, name) for name, value in values)])
+            lines.insert(0, ["%time", *(column for name, value in values for column in header(value, name))])
             self._begun = True
         with named(self.path):
-            self._file.writelines(",".join(filter(None, cells)) + "\n" for cells in lines)
+            self._file.writelines(",".join(cells) + "\n" for cells in lines)
 
     def close(self) -> None:
         with named(self.path):

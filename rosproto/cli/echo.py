@@ -216,9 +216,11 @@ class _Printer:
         stamp = value.header.stamp if getattr(value, "_has_header", False) else received
         value = self.view(value)
         if self.shown == 1:
-            print("%time," + header(value, "field"))
+            print("%time," + ",".join(header(value, "field")))
         since = self.view.since
-        print(f"{stamp.to_nsec() - (since.to_nsec() if since else 0)},{row(value, one_line=True)}")
+        # Control characters and line ends are escaped: a message is one line.
+        cells = ",".join(map(printable, row(value)))
+        print(f"{stamp.to_nsec() - (since.to_nsec() if since else 0)},{cells}")
 
     def _plot(self, curves: PlotSamples, topic: str, message: DynamicMessage, received: Time) -> None:
         for index, (drawn, take) in enumerate(self.drawn):

@@ -9,7 +9,6 @@ import re
 from collections.abc import Callable
 
 from rosproto.codec import Message
-from rosproto.text import printable
 from rosproto.time import TVal
 
 STEP = re.compile(r"(?P<name>[A-Za-z_]\w*)(?P<indices>(?:\[[^\]]*\])*)", re.ASCII)
@@ -102,41 +101,23 @@ def _element(value: object, index: int | slice, path: str) -> object:
     return found.item() if getattr(found, "ndim", None) == 0 else found
 
 
-def header(value: object, prefix: str) -> str:
-    """Return the column names: `field.pose.position.x`, and `field.ranges0,field.ranges1` for arrays."""
-    return ",".join(_names(value, prefix))
-
-
-def row(value: object, *, one_line: bool = False) -> str:
-    """Return the values in the order of `header`; times in nanoseconds, bools 0 and 1.
-
-    Args:
-        value: A message or the value of a field.
-        one_line: Escape control characters and line ends; otherwise texts are quoted unchanged.
-    """
-    cells = _cells(value)
-    return ",".join(map(printable, cells) if one_line else cells)
-
-
-def _items(value: object) -> object:
-    return value.tolist() if hasattr(value, "tolist") else value
-
-
-def _names(value: object, prefix: str) -> list[str]:
+def header(value: object, prefix: str) -> list[str]:
+    """Return the column names: `field.pose.position.x`; `field.ranges0` and `field.ranges1` for an array."""
     value = _items(value)
     if isinstance(value, Message):
-        return [n for f in value.__slots__ for n in _names(getattr(value, f), f"{prefix}.{f}")]
+        return [n for f in value.__slots__ for n in header(getattr(value, f), f"{prefix}.{f}")]
     if isinstance(value, (list, tuple, bytes)):
-        return [n for i, item in enumerate(value) for n in _names(item, f"{prefix}{i}")]
+        return [n for i, item in enumerate(value) for n in header(item, f"{prefix}{i}")]
     return [prefix]
 
 
-def _cells(value: object) -> list[str]:
+def row(value: object) -> list[str]:
+    """Return the values in the order of `header`, quoted for CSV; times in nanoseconds, bools 0 and 1."""
     value = _items(value)
     if isinstance(value, Message):
-        return [cell for f in value.__slots__ for cell in _cells(getattr(value, f))]
+        return [cell for f in value.__slots__ for cell in row(getattr(value, f))]
     if isinstance(value, (list, tuple, bytes)):
-        return [cell for item in value for cell in _cells(item)]
+        return [cell for item in value for cell in row(item)]
     if isinstance(value, bool):
         return ["1" if value else "0"]
     if isinstance(value, TVal):
@@ -144,3 +125,7 @@ def _cells(value: object) -> list[str]:
     if isinstance(value, str) and any(c in value for c in ',"\n\r'):
         return ['"' + value.replace('"', '""') + '"']
     return [str(value)]
+
+
+def _items(value: object) -> object:
+    return value.tolist() if hasattr(value, "tolist") else value

@@ -66,6 +66,26 @@ def test_csv_of_some_fields_and_a_span(bag: str, tmp_path: Path) -> None:
     assert lines[1:] == ["1001000000000,0.5,odom", "1002000000000,1.0,odom", "1003000000000,1.5,odom"]
 
 
+def test_csv_of_some_fields_keeps_the_cell_of_an_empty_text(tmp_path: Path) -> None:
+    """An empty text is an empty cell, and the columns behind it stay where they are; an empty array is none."""
+    with BagWriter(tmp_path / "run.bag") as writer:
+        for frame in ("", "map"):
+            odometry = Odometry()
+            odometry.header.frame_id, odometry.pose.pose.position.x = frame, 1.5
+            writer.write("/odom", odometry, 1000.0)
+        writer.write("/said", String(data=""), 1000.0)
+        writer.write("/scan", message_class("sensor_msgs/LaserScan")(ranges=[]), 1000.0)
+    words = ["bag", "export", str(tmp_path / "run.bag"), "csv", "-o", str(tmp_path)]
+    fields = ["header.frame_id", "child_frame_id", "pose.pose.position.x"]
+    assert main([*words, "--topics", "/odom", "--fields", *fields]) == 0
+    lines = (tmp_path / "odom.csv").read_text().splitlines()
+    assert lines[1:] == ["1000000000000,,,1.5", "1000000000000,map,,1.5"]
+    assert main([*words, "--topics", "/said"]) == 0
+    assert (tmp_path / "said.csv").read_text() == "%time,field.data\n1000000000000,\n"
+    assert main([*words, "--topics", "/scan", "--fields", "ranges", "range_max"]) == 0
+    assert (tmp_path / "scan.csv").read_text() == "%time,field.range_max\n1000000000000,0.0\n"
+
+
 def test_npz(bag: str, tmp_path: Path) -> None:
     """A file a topic, an array a field; a span cuts all of them."""
     assert main(["bag", "export", bag, "npz", "-o", str(tmp_path / "all")]) == 0
