@@ -28,6 +28,7 @@ from rosproto.bag.unindexed_scan import BagIndex, scan
 from rosproto.errors import BagError
 
 _U32 = Struct("<I")
+_BLOCK = 4 << 20  # read at once; the index sections of most bags are smaller
 _NO_BAGS = {
     b"\x89MCAP0": "this is MCAP",
     b"SQLite format 3": "this is a bag of ROS 2",
@@ -134,13 +135,20 @@ def _read_index_section(source: BagFile, header: FileHeader, first: int) -> BagI
     if not first <= pos <= source.size:
         raise source.error(f"index_pos {pos} is outside the file of {source.size} bytes")
     found = BagIndex(end=pos, closed=True)
-    section = source.read_at(pos, source.size - pos)
-    at = 0
-    while at < len(section):
+    section, at = b"", 0
+    # As in rosbag, the file header's counts decide: bytes behind that many records do not belong to the bag.
+    for _ in range(header.connection_count + header.chunk_count):
+        while (ends := _record_ends(section, at)) is None:
+            left = len(section) - at
+            pos, at, section = pos + at, 0, source.read_at(pos + at, max(_BLOCK, 2 * left))
+            if len(section) <= left:
+                raise source.error("the index section is truncated", pos)
         try:
-            at = _index_record(section, at, found)
+            _add_record(section, at, *ends, found)
         except BagError as problem:
             raise source.error(str(problem), pos + at) from None
+        at = ends[1]
+    found.trailing_bytes = source.size - pos - at
     if (len(found.connections), len(found.chunks)) != (header.connection_count, header.chunk_count):
         raise source.error(
             f"the index has {len(found.connections)} connections and {len(found.chunks)} chunks, "
@@ -148,7 +156,7 @@ def _read_index_section(source: BagFile, header: FileHeader, first: int) -> BagI
         )
     found.chunks.sort(key=lambda chunk: chunk.pos)
     positions = [chunk.pos for chunk in found.chunks]
-    if positions and not first <= positions[0] <= positions[-1] < pos:
+    if positions and not first <= positions[0] <= positions[-1] < found.end:
         raise source.error("the index names chunks outside the file's chunks")
     known = all(chunk.counts.keys() <= found.connections.keys() for chunk in found.chunks)
     if len(set(positions)) != len(positions) or not known:
@@ -156,17 +164,20 @@ def _read_index_section(source: BagFile, header: FileHeader, first: int) -> BagI
     return found
 
 
-def _index_record(section: bytes, at: int, found: BagIndex) -> int:
-    """Add one record of the index section to `found`; return the offset of the next one."""
+def _record_ends(section: bytes, at: int) -> tuple[int, int] | None:
+    """Where the header and the data of the record at `at` end; None if the section ends before."""
     if at + 8 > len(section):
-        raise BagError("the index section is truncated")
+        return None
     header_end: int = at + 4 + _U32.unpack_from(section, at)[0]
     if header_end + 4 > len(section):
-        raise BagError("the index section is truncated")
-    fields = decode_fields(section, at + 4, header_end)
+        return None
     end: int = header_end + 4 + _U32.unpack_from(section, header_end)[0]
-    if end > len(section):
-        raise BagError("the index section is truncated")
+    return (header_end, end) if end <= len(section) else None
+
+
+def _add_record(section: bytes, at: int, header_end: int, end: int, found: BagIndex) -> None:
+    """Add one record of the index section to `found`."""
+    fields = decode_fields(section, at + 4, header_end)
     op = op_of(fields)
     if op == OP_CONNECTION:
         connection = connection_from_fields(fields, decode_text_fields(section, header_end + 4, end))
@@ -177,4 +188,3 @@ def _index_record(section: bytes, at: int, found: BagIndex) -> int:
         found.chunks.append(ChunkInfo.from_record(fields, section[header_end + 4 : end]))
     else:
         raise BagError(f"a record with op {op} in the index section")
-    return end

@@ -71,12 +71,15 @@ class BagReader:
         size: Bytes of the file.
         damage: Descriptions of the file's damage; empty for a sound bag.
         version: Of the format, usually "2.0".
+        trailing_bytes: Bytes behind the table of contents. They do not belong to the bag and are ignored.
         indexed: False when the file had no usable table of contents and was scanned.
         connections: All connections with messages, by id.
         topics: `TopicInfo` by topic, sorted.
         message_count: Messages in the bag.
         chunks: Contents of each chunk, in file order.
     """
+
+    trailing_bytes: int = 0
 
     def __init__(
         self,
@@ -102,6 +105,7 @@ class BagReader:
         self._take_contents(found.connections, found.chunks, found.damage)
         self._lost = found.lost
         self.version = found.version
+        self.trailing_bytes = found.trailing_bytes
         self.indexed = found.closed
 
     def _take_contents(

@@ -54,6 +54,7 @@ class BagIndex:
         closed: True when the bag's own index was used.
         resumed: True when a scan met damage and continued after it, or omitted messages.
         lost: True when messages before the end of the file are missing, as far as a scan can tell.
+        trailing_bytes: Bytes behind the index, which do not belong to the bag.
         version: Of the format, usually "2.0"; other 2.x versions are read in the same way.
         head: Position of the file header, behind the version line.
     """
@@ -65,6 +66,7 @@ class BagIndex:
     closed: bool = False
     resumed: bool = False
     lost: bool = False
+    trailing_bytes: int = 0
     version: str = "2.0"
     head: int = len(MAGIC)
 

@@ -165,8 +165,10 @@ def _class_of(bag: BagReader, number: int, problems: list[str]) -> type[Message]
 
 
 def _notes(bag: BagReader) -> list[str]:
-    """Return notes without damage: stored definitions that differ from the present ones."""
+    """Return notes without damage: bytes that are ignored, and definitions that differ from the present ones."""
     notes = []
+    if bag.trailing_bytes:
+        notes.append(f"{counted(bag.trailing_bytes, 'byte')} behind its index do not belong to it and are ignored")
     for kind, md5sum in sorted({(c.type, c.md5sum) for c in bag.connections.values()}):
         try:
             present = bundled().md5sum(kind)

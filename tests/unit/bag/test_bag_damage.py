@@ -258,3 +258,32 @@ def test_an_index_section_that_is_cut_off_is_scanned():
     bag = BagReader(io.BytesIO(data[:-5]))
     assert plain(bag.read_messages(raw=True)) == encoded(what)
     assert bag.damage
+
+
+@pytest.mark.parametrize("after", [b"\n", bytes(3000), b"second bag", b"\xff" * 9])
+@pytest.mark.parametrize("count", [0, 60])
+def test_bytes_behind_the_index_do_not_belong_to_the_bag(after: bytes, count: int):
+    """The file header's counts say where the index ends, as in rosbag; what a copy appended is counted."""
+    sound = bag_bytes(entries(count))
+    more = bag_bytes(entries(5)) if after == b"second bag" else after
+    with read(sound + more) as bag:
+        assert bag.indexed and not bag.damage
+        assert bag.trailing_bytes == len(more)
+        assert plain(bag.read_messages(raw=True)) == plain(read(sound).read_messages(raw=True))
+    file = io.BytesIO(sound + more)
+    with BagWriter(file, append=True) as writer:
+        writer.write("/chatter", String(data="last"), 2000.0)
+    assert read(file.getvalue()).trailing_bytes == 0
+    assert len(read(file.getvalue())) == count + 1
+
+
+def test_an_index_larger_than_one_read_is_read_whole(monkeypatch):
+    """A record that lies across two reads, or is larger than one, is put together."""
+    from rosproto.bag import index_section
+
+    data = bag_bytes(entries(300), chunk_bytes=1)
+    for block in (1, 50, 700):
+        monkeypatch.setattr(index_section, "_BLOCK", block)
+        with read(data) as bag:
+            assert bag.indexed and len(bag) == 300
+        assert not read(data[:-1]).indexed
