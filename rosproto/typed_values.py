@@ -17,6 +17,8 @@ from typing import Any
 
 __all__ = ["angle_loader", "expression_tree", "parse_value"]
 
+ANGLES = {unit: re.compile(rf"{unit[:3]}\([^)]*\)$") for unit in ("degrees", "radians")}
+_SEXAGESIMAL = re.compile(r"[-+]?[0-9][0-9_]*(:[0-5]?[0-9])+(\.[0-9_]*)?", re.ASCII)
 DEPTH = 64
 """Deepest nesting of collections; the same limit as for XML-RPC, which transports the value."""
 
@@ -42,7 +44,7 @@ def parse_value(text: str) -> object:
     """Parse a value.
 
     Returns:
-        None, bool, int, float, str, list or dict (with str keys).
+        None, bool, int, float, str, list or dict.
 
     Raises:
         ValueError: A quote or bracket is not closed, or something follows the value.
@@ -60,6 +62,14 @@ def parse_value(text: str) -> object:
 def _scalar(text: str) -> object:
     if text in CONSTANTS:
         return CONSTANTS[text]
+    for unit, pattern in ANGLES.items():
+        if pattern.match(text):
+            return angle(unit, text)
+    if _SEXAGESIMAL.fullmatch(text):  # YAML 1.1: 1:30 is 90
+        total: float = 0
+        for part in text.lstrip("+-").replace("_", "").split(":"):
+            total = total * 60 + (float(part) if "." in part else int(part))
+        return -total if text[0] == "-" else total
     if text[0] not in "+-.0123456789":
         return text
     for read in (_integer, _float):
@@ -73,10 +83,10 @@ def _scalar(text: str) -> object:
 def _integer(text: str) -> int:
     """YAML 1.1: 10, 0x1F, 0b11, 1_000, and octal 017."""
     digits = text.lstrip("+-").replace("_", "")
-    if len(text) - len(text.lstrip("+-")) > 1 or not digits.isascii() or digits != digits.strip():
+    if len(text) - len(text.lstrip("+-")) > 1 or not digits.isascii() or digits != digits.strip() or "o" in digits:
         raise ValueError(text)
     sign = -1 if text[0] == "-" else 1
-    if digits[:2] in ("0x", "0b", "0o"):
+    if digits[:2] in ("0x", "0b"):
         return sign * int(digits, 0)
     if digits[:1] == "0" and len(digits) > 1:
         return sign * int(digits, 8)
@@ -141,9 +151,9 @@ class _Parser:
             self._blanks()
         return found
 
-    def _dict(self, depth: int) -> dict[str, object]:
+    def _dict(self, depth: int) -> dict[object, object]:
         self.position += 1
-        found: dict[str, object] = {}
+        found: dict[object, object] = {}
         self._blanks()
         while not self._take("}"):
             key = self._key()
@@ -156,14 +166,14 @@ class _Parser:
             self._blanks()
         return found
 
-    def _key(self) -> str:
+    def _key(self) -> object:
         first = self.text[self.position : self.position + 1]
         if first and first in "\"'":
             return self._quoted(first)
         key = self._plain(":,}")
         if not key:
             raise self.wrong("a key")
-        return key
+        return _scalar(key)
 
     def _plain(self, stops: str) -> str:
         start = self.position
@@ -229,21 +239,32 @@ def angle_loader(yaml: Any, wrong: Callable[[str, Any], Exception]) -> type:
 
     def constructor(unit: str) -> Callable[..., float]:
         def construct(loader: Any, node: Any) -> float:
-            text = loader.construct_scalar(node).strip()
-            inner = text[4:-1] if text.startswith(f"{unit[:3]}(") and text.endswith(")") else text
             try:
-                value = float(_arithmetic(expression_tree(inner)))
-            except (SyntaxError, ValueError, KeyError, ArithmeticError, RecursionError, MemoryError):
+                return angle(unit, loader.construct_scalar(node))
+            except ValueError:
                 raise wrong(unit, node) from None
-            return value * math.pi / 180.0 if unit == "degrees" else value
 
         return construct
 
-    for unit in ("degrees", "radians"):
-        pattern = re.compile(rf"{unit[:3]}\([^)]*\)$")
+    for unit, pattern in ANGLES.items():
         Loader.add_implicit_resolver(f"!{unit}", pattern, unit[0])
         Loader.add_constructor(f"!{unit}", constructor(unit))
     return Loader
+
+
+def angle(unit: str, text: str) -> float:
+    """Compute an angle in radians: `deg(90)`, `rad(pi/2)`, or what stands between the brackets.
+
+    Raises:
+        ValueError: It is not a number, or a sum or product with pi.
+    """
+    text = text.strip()
+    inner = text[4:-1] if text.startswith(f"{unit[:3]}(") and text.endswith(")") else text
+    try:
+        value = float(_arithmetic(expression_tree(inner)))
+    except (SyntaxError, ValueError, KeyError, ArithmeticError, RecursionError, MemoryError):
+        raise ValueError(f"{text!r} is not an angle: write a number, or a sum or product with pi") from None
+    return value * math.pi / 180.0 if unit == "degrees" else value
 
 
 def expression_tree(text: str) -> ast.expr:

@@ -283,7 +283,8 @@ class ActionClient:
         if publishers:
             return f"{', '.join(publishers)} publishes {self._status.topic}, but no status message came"
         if self._status.stats():
-            return f"{self._status.topic} is published, and cannot be reached: {self._status.why_silent()}"
+            why = self._status.why_silent()
+            return f"{self._status.topic} is published, but its publisher is not connected: {why}"
         return advice(
             "nobody publishes {topic}; is the server running, and is the name right?",
             key="not-there",

@@ -53,6 +53,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Print until interrupted, or -n messages."""
     if arguments.all and not arguments.bag:
         raise ValueError("--all is for --bag; on a graph a pattern such as '/*' names several topics")
+    if arguments.topic is None and not arguments.all:
+        raise ValueError("name a topic, or a pattern such as '/battery*'; --bag FILE --all needs none")
     if arguments.plot and (arguments.json or arguments.csv):
         raise ValueError("--plot draws; omit --json or -p")
     if not arguments.plot and (arguments.topics or arguments.seconds):
@@ -115,7 +117,7 @@ def _silence(topics: list[str], subscribers: list[Subscriber], seconds: float) -
     if connected:
         who = f"{counted(connected, 'publisher')} connected"
     elif named := [subscriber for subscriber in subscribers if subscriber.stats()]:
-        who = f"its publisher cannot be reached: {'; '.join(each.why_silent() for each in named)}"
+        who = f"its publisher is not connected: {'; '.join(each.why_silent() for each in named)}"
     else:
         who = "nobody publishes it"
     return f"{', '.join(topics)}: no message within {seconds:g} s; {who}"
@@ -126,7 +128,7 @@ def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
 
     with opened(arguments.bag, arguments) as bag:
         topics = sorted(bag.topics)
-        topic, path = split_topic(arguments.topic, topics)
+        topic, path = split_topic(arguments.topic or "", topics)
         wanted = topics if arguments.all else [topic] if topic in topics else fnmatch.filter(topics, topic)
         if not wanted:
             raise CommandError(

@@ -71,11 +71,17 @@ def open_node(arguments: argparse.Namespace, name: str = "rosproto") -> Node:
 
 
 def absolute(name: str) -> str:
-    """Return a typed name as absolute, below $ROS_NAMESPACE."""
+    """Return a typed name as absolute, below $ROS_NAMESPACE; "" is that namespace.
+
+    Raises:
+        ValueError: It is private: a command has no names of its own.
+    """
     if name.startswith("/"):
         return name
+    if name.startswith("~"):
+        raise ValueError(f"{name}: a private name belongs to a node; write /NODE/{name[1:]}")
     space = os.environ.get("ROS_NAMESPACE", "").strip("/")
-    return f"/{space}/{name}" if space else f"/{name}"
+    return f"/{space}/{name}".rstrip("/") if space else f"/{name}"
 
 
 def below(names: Iterable[str], asked: str) -> list[str]:

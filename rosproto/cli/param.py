@@ -7,15 +7,16 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosproto.cli.console import json_text
+from rosproto.cli.console import json_text, warn
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.graph_clients import absolute, below, master_client, unknown, warn_if_none
 from rosproto.cli.graph_options import add_verbs
 from rosproto.cli.options import argument
-from rosproto.cli.yaml_values import load_text, to_text, value_of
+from rosproto.cli.yaml_values import load_all, to_text, value_of
 from rosproto.errors import MasterError
 from rosproto.files import read_file, read_stream, read_text, write_file
 from rosproto.json_values import plain
+from rosproto.names import join
 from rosproto.text import printable
 
 if TYPE_CHECKING:
@@ -50,7 +51,9 @@ def _get_arguments(parser: argparse.ArgumentParser) -> None:
 def _set_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("key")
     parser.add_argument(
-        "value", nargs="?", help="a number, true, text, [1, 2] or {a: 1}; - reads standard input"
+        "value",
+        nargs="?",
+        help="a number, true, text, [1, 2] or {a: 1}, which keeps what else is there; - reads standard input",
     )
     source = parser.add_mutually_exclusive_group()
     source.add_argument("-t", "--textfile", metavar="FILE", help="the value is the text of this file")
@@ -59,12 +62,14 @@ def _set_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _dump_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", nargs="?", default="-", help="file to write (default: standard output)")
-    parser.add_argument("namespace", nargs="?", default="/")
+    parser.add_argument("namespace", nargs="?", default="", help="default: $ROS_NAMESPACE, else /")
 
 
 def _load_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("file", help="a YAML or JSON file; - is standard input")
-    parser.add_argument("namespace", nargs="?", default="/")
+    parser.add_argument(
+        "file", help="a YAML or JSON file; - is standard input. What it does not name stays as it is"
+    )
+    parser.add_argument("namespace", nargs="?", default="", help="default: $ROS_NAMESPACE, else /")
 
 
 def _ask(arguments: argparse.Namespace, key: str, question: Callable[[MasterClient, str], T]) -> T:
@@ -122,10 +127,22 @@ def _set(arguments: argparse.Namespace) -> None:
         value = value_of(
             read_stream(sys.stdin, "standard input") if arguments.value == "-" else arguments.value
         )
-    if value is None:
-        raise ValueError("a parameter cannot be empty: give a value, or delete it")
+    _store(arguments, [(absolute(arguments.key), value)])
+
+
+def _store(arguments: argparse.Namespace, given: Iterable[tuple[str, object]]) -> None:
+    """Set the parameters of each value, all of them checked before; what else is in a namespace stays."""
+    from rosproto.node.parameters import leaves, plain_value
+
+    found = [(name, plain_value(leaf, name)) for key, value in given for name, leaf in leaves(key, value)]
+    if any(not name.strip("/") for name, _ in found):
+        raise ValueError("the root namespace takes names and values, `{speed: 2}`")
+    if not found:
+        warn("there was nothing to set: an empty namespace changes nothing; param delete empties one")
     with master_client(arguments) as master:
-        master.set_param(absolute(arguments.key), value)
+        for answer in master.batch([("setParam", pair) for pair in found]):
+            if isinstance(answer, MasterError):
+                raise answer
 
 
 def _list(arguments: argparse.Namespace) -> None:
@@ -137,6 +154,10 @@ def _list(arguments: argparse.Namespace) -> None:
 
 
 def _delete(arguments: argparse.Namespace) -> None:
+    if absolute(arguments.key) == "/":  # the root stays, as in rosparam
+        with master_client(arguments) as master:
+            master.set_param("/", {})
+        return
     _ask(arguments, arguments.key, lambda master, name: master.delete_param(name))
 
 
@@ -154,24 +175,27 @@ def _search(arguments: argparse.Namespace) -> None:
 def _dump(arguments: argparse.Namespace) -> None:
     value = _fetch(arguments, arguments.namespace)
     text = json_text(plain(value), ascii_only=True, indent=2) if arguments.json else to_text(value)
+    text = text.rstrip("\n") + "\n"
     if arguments.file == "-":
-        print(text)
+        print(text, end="")
     else:
-        write_file(arguments.file, (text + "\n").encode())
+        write_file(arguments.file, text.encode())
 
 
 def _load(arguments: argparse.Namespace) -> None:
     text = read_stream(sys.stdin, "standard input") if arguments.file == "-" else read_text(arguments.file)
     origin = "standard input" if arguments.file == "-" else arguments.file
-    value = load_text(text, origin)
-    if value is None:
+    documents = [document for document in load_all(text, origin) if document is not None]
+    if not documents:
         raise CommandError(f"{origin} is empty; write names and values, `speed: 2`")
-    namespace = absolute(arguments.namespace)
-    items: Iterable[tuple[str, object]] = [("", value)]
-    if namespace == "/":
-        if not isinstance(value, dict):
-            raise CommandError(f"{origin}: the root namespace takes names and values, not one {value!r:.40}")
-        items = value.items()
-    with master_client(arguments) as master:
-        for key, item in items:
-            master.set_param((namespace.rstrip("/") + "/" + key).rstrip("/"), item)
+    _store(arguments, [_placed(document, absolute(arguments.namespace), origin) for document in documents])
+
+
+def _placed(document: object, namespace: str, origin: str) -> tuple[str, object]:
+    """Return the namespace of a document, below which its key `_ns` puts it, and its values."""
+    if not isinstance(document, dict) or "_ns" not in document:
+        return namespace, document
+    inner = document.pop("_ns")
+    if not isinstance(inner, str):
+        raise CommandError(f"{origin}: _ns is the name of a namespace, not {inner!r}")
+    return join(namespace, inner), document

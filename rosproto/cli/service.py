@@ -59,7 +59,8 @@ def _call_arguments(parser: argparse.ArgumentParser) -> None:
         "values",
         nargs="*",
         default=[],
-        help="the request: {field: value}, or its fields in order; without any, and not on a "
+        help="the request: {field: value}, or its fields in order; now and auto for times, a whole number is "
+        "in nanoseconds; without any, and not on a "
         "terminal, requests are read from standard input",
     )
     parser.add_argument("--type", help="package/Type, if the service does not report it")
@@ -182,9 +183,12 @@ def _call(arguments: argparse.Namespace) -> None:
             _wait(node, name, arguments.timeout)
         kind = arguments.type or type_of(arguments, name)
         cls = service_class(kind, library_for(arguments, kind, "srv"))
-        requests = [from_dict(cls.Request, values) for values in _requests(arguments, cls.Request)]
+        wanted = _requests(arguments, cls.Request)
+        for values in wanted:
+            from_dict(cls.Request, values, now=node.clock.now())  # refuse wrong values before the first call
         with node.service_client(name, cls) as client:
-            for index, request in enumerate(requests):
+            for index, values in enumerate(wanted):
+                request = from_dict(cls.Request, values, now=node.clock.now())
                 response = client.call(request, timeout=arguments.timeout)
                 if arguments.json:
                     arguments.out.record(to_dict(response, finite=True))

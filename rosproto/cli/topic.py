@@ -252,6 +252,7 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of rostopic echo, and ours."""
     parser.add_argument(
         "topic",
+        nargs="?",
         help="a topic, with a path to a field behind it: /odom/pose/pose/position/x, /scan/ranges[0:9]; "
         "or a pattern for several: '/battery*'",
     )
@@ -293,8 +294,8 @@ def _add_pub_arguments(parser: argparse.ArgumentParser) -> None:
         "values",
         nargs="*",
         default=[],
-        help="{field: value}, or the fields in order; now and auto for times; "
-        "without any they are read from standard input",
+        help="{field: value}, or the fields in order; now and auto for times, a whole number is in "
+        "nanoseconds; without any they are read from standard input",
     )
     how = parser.add_mutually_exclusive_group()
     how.add_argument("-r", "--rate", type=positive, metavar="HZ", help="publish this often, per second")

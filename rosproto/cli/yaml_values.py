@@ -16,6 +16,8 @@ from rosproto.typed_values import angle_loader, parse_value
 
 BLOCK = re.compile(r":(\s|$)|^\s*[-?!&*|>]")
 """A text that YAML takes for more than itself: `a: 1`, `- 1`, `!degrees 90`."""
+TAG = re.compile(r"[\[{,:]\s*[!&*]")
+"""A tag, anchor or alias inside a flow collection: `[!degrees 90]`."""
 PLAIN = re.compile(r"[A-Za-z_/][\w/. -]*\w|[A-Za-z_/]", re.ASCII)
 
 
@@ -106,15 +108,16 @@ def value_of(word: str) -> object:
         return load_text(word, "the value")
     try:
         value = parse_value(word)
-        if not isinstance(value, str) or word.strip()[:1] in ("'", '"') or not BLOCK.search(word):
+        quoted = word.strip()[:1] in ("'", '"')
+        if quoted or not (BLOCK if isinstance(value, str) else TAG).search(word):
             return value
         try:
-            return _load_with_library(word, "the value")
+            return _only(_load_with_library(word, "the value"), "the value")
         except ModuleNotFoundError:
             return value
     except ValueError as error:
         try:
-            return _load_with_library(word, "the value")
+            return _only(_load_with_library(word, "the value"), "the value")
         except (ModuleNotFoundError, CommandError):
             raise error from None
 
@@ -132,7 +135,18 @@ def load_documents(lines: Iterable[str], origin: str) -> Iterator[object]:
 
 
 def load_text(text: str, origin: str) -> object:
-    """Parse a YAML or JSON text.
+    """Parse a YAML or JSON text of one document; errors as of `load_all`."""
+    return _only(load_all(text, origin), origin)
+
+
+def _only(documents: list[object], origin: str) -> object:
+    if len(documents) > 1:
+        raise CommandError(f"{origin}: {len(documents)} documents, separated by ---; expected one")
+    return documents[0] if documents else None
+
+
+def load_all(text: str, origin: str) -> list[object]:
+    """Parse the documents of a YAML text, or a JSON text.
 
     Raises:
         CommandError: It is neither, or it is block YAML and PyYAML is missing (then it names the extra).
@@ -142,13 +156,13 @@ def load_text(text: str, origin: str) -> object:
     except ModuleNotFoundError:
         stripped = text.strip()
         if stripped[:1] in ("{", "[") or "\n" not in stripped:
-            return parse_value(stripped)
+            return [parse_value(stripped)]
         raise CommandError(
             f'{origin}: YAML over several lines needs PyYAML: pip install ".[cli]", or write JSON'
         ) from None
 
 
-def _load_with_library(text: str, origin: str) -> object:
+def _load_with_library(text: str, origin: str) -> list[object]:
     import yaml  # type: ignore[import-untyped]
 
     def wrong(unit: str, node: Any) -> Exception:
@@ -157,7 +171,7 @@ def _load_with_library(text: str, origin: str) -> object:
         return error
 
     try:
-        return yaml.load(text, Loader=angle_loader(yaml, wrong))
+        return list(yaml.load_all(text, Loader=angle_loader(yaml, wrong)))
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         at = "" if mark is None else f", line {mark.line + 1}, column {mark.column + 1}"

@@ -2,10 +2,12 @@
 
 `fill` accepts the values of `rostopic pub` and `rosservice call`: a dict by field name, a list by position, a
 single value for a message of one field, `now` for a time, `auto` for a Header (genpy: fill_message_args).
+A whole number for a time is in nanoseconds, as in genpy; one with a point, which genpy refuses, in seconds.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
@@ -20,7 +22,14 @@ M = TypeVar("M", bound=Message)
 
 INTEGERS = frozenset(INTEGER_RANGES)
 FLOATS = frozenset(("float32", "float64"))
+SECONDS = {"time": (0, (1 << 32) - 1), "duration": INTEGER_RANGES["int32"]}
 TIMES: dict[str, type[Time] | type[Duration]] = {"time": Time, "duration": Duration}
+
+
+class WrongValue(CodecError):
+    """A value that a person typed does not fit its field."""
+
+    exit_code = 2  # wrong use
 
 
 def to_dict(message: object, *, finite: bool = False) -> dict[str, Any]:
@@ -41,7 +50,7 @@ def from_dict(cls: type[M], value: object, *, now: Time | None = None) -> M:
     """A new message of a class with these values; other fields keep their defaults.
 
     Raises:
-        CodecError: A field does not exist or a value does not fit; names it and the existing fields.
+        WrongValue: A field does not exist or a value does not fit; names it and the existing fields.
     """
     message = cls()
     fill(message, value, now=now)
@@ -58,7 +67,7 @@ def fill(message: Message, value: object, *, now: Time | None = None) -> None:
         now: The time for `now` (a time) and `auto` (a Header); without it they are errors.
 
     Raises:
-        CodecError: A field does not exist or a value does not fit; names it and the existing fields.
+        WrongValue: A field does not exist or a value does not fit; names it and the existing fields.
     """
     _fill(message, value, now, "", message._type)
 
@@ -103,7 +112,7 @@ def _value(
     if kind.endswith("]"):
         return _array(kind.partition("[")[0], value, now, path, top, owner)
     if kind in TIMES:
-        return _time(TIMES[kind], value, now, path, top)
+        return _time(kind, value, now, path, top)
     if kind == "string":
         return _string(value, path, top)
     if kind == "bool":
@@ -140,11 +149,16 @@ def _number(kind: str, value: object, path: str, top: str) -> int | float:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return float(value)
     elif isinstance(value, int) or (isinstance(value, float) and value.is_integer()):
-        return int(value)
+        low, high = INTEGER_RANGES[kind]
+        if low <= value <= high:
+            return int(value)
+        raise _wrong(f"{value!r} is out of range for {kind}; expected {low} to {high}", path, top)
     raise _wrong(f"{value!r} is not a valid {kind}", path, top)
 
 
 def _string(value: object, path: str, top: str) -> str:
+    if value is None:  # `frame_id:` typed without a value
+        return ""
     if isinstance(value, str):
         return value
     if isinstance(value, (int, float)):  # `frame_id: 1` typed without quotes
@@ -152,18 +166,28 @@ def _string(value: object, path: str, top: str) -> str:
     raise _wrong(f"{value!r} is not a string", path, top)
 
 
-def _time(cls: type[Time] | type[Duration], value: object, now: Time | None, path: str, top: str) -> TVal:
+def _time(kind: str, value: object, now: Time | None, path: str, top: str) -> TVal:
+    cls = TIMES[kind]
     if value == "now" and cls is Time:
         return _now(now, path, top)
-    if isinstance(value, dict) and set(value) <= {"secs", "nsecs"}:
-        return cls(int(value.get("secs", 0)), int(value.get("nsecs", 0)))
-    if isinstance(value, (list, tuple)) and len(value) == 2:
-        return cls(int(value[0]), int(value[1]))
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return cls.from_sec(value)
     if isinstance(value, TVal):
-        return cls(value.secs, value.nsecs)
-    raise _wrong(f"{value!r} is not a time: write {{secs: 1, nsecs: 0}}, seconds, or now", path, top)
+        value = {"secs": value.secs, "nsecs": value.nsecs}
+    elif isinstance(value, (list, tuple)) and len(value) == 2:
+        value = {"secs": value[0], "nsecs": value[1]}
+    elif isinstance(value, float) and math.isfinite(value):
+        value = round(value * 1e9)
+    if isinstance(value, int) and not isinstance(value, bool):
+        value = dict(zip(("secs", "nsecs"), divmod(value, 1_000_000_000), strict=True))
+    if not isinstance(value, dict) or not set(value) <= {"secs", "nsecs"}:
+        expected = "write {secs: 1, nsecs: 0}, nanoseconds, seconds with a decimal point, or now"
+        raise _wrong(f"{value!r} is not a {kind}: {expected}", path, top)
+    nsecs = _number("int32", value.get("nsecs", 0), f"{path}.nsecs", top)
+    carried, nsecs = divmod(int(nsecs), 1_000_000_000)
+    secs = int(_number("int64", value.get("secs", 0), f"{path}.secs", top)) + carried
+    low, high = SECONDS[kind]
+    if not low <= secs <= high:
+        raise _wrong(f"{secs} is out of range for a {kind}; expected {low} to {high}", f"{path}.secs", top)
+    return cls(secs, nsecs)
 
 
 def _now(now: Time | None, path: str, top: str) -> Time:
@@ -172,5 +196,5 @@ def _now(now: Time | None, path: str, top: str) -> Time:
     return Time(now.secs, now.nsecs)
 
 
-def _wrong(message: str, path: str, top: str) -> CodecError:
-    return CodecError(message, type_name=top, field_path=path)
+def _wrong(message: str, path: str, top: str) -> WrongValue:
+    return WrongValue(message, type_name=top, field_path=path)

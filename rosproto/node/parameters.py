@@ -13,6 +13,7 @@ from typing import Any, TypeVar, overload
 
 from rosproto.errors import MasterError, RosError
 from rosproto.logs import get_logger
+from rosproto.names import join
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.registrations import RegistrationCall, Registrations
 from rosproto.node.options import callback_or_none
@@ -342,6 +343,26 @@ class Parameters:
                 subscription._callback(change.key, value)
             except Exception:
                 logger.exception("callback of parameter %s", change.subscribed)
+
+
+def leaves(key: str, value: object) -> Iterator[tuple[str, object]]:
+    """The parameters of a value: those of a dict one by one, so that setting them keeps what else is there.
+
+    As rosparam does it: a name with a leading slash is global, and an empty dict has no parameters.
+
+    Raises:
+        ValueError: A name is not a string.
+    """
+    if not isinstance(value, dict):
+        yield key, value
+        return
+    for name, item in value.items():
+        if not isinstance(name, str) or not name or name.startswith("~"):
+            raise ValueError(
+                f"parameter {key}: {name!r} is not a key; keys are strings: quote a number or yes and no, "
+                "and write the node's name for ~"
+            )
+        yield from leaves(join(key, name), item)
 
 
 def plain_value(value: object, key: str) -> object:

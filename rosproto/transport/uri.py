@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import socket
 
 from rosproto.sentence import say
 
 DEFAULT_MASTER_URI = "http://localhost:11311/"
+_MISTYPED_SCHEME = re.compile(r"(http|rosrpc)(//|:/|/)(?!/)", re.IGNORECASE)
 _DOTS = "\u3002\uff0e\uff61"  # RFC 3490 treats these as dots, too
 
 
@@ -19,6 +21,15 @@ def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
     Raises:
         ValueError: There is no host, or the port is invalid.
     """
+    if wrong := _MISTYPED_SCHEME.match(uri.strip()):
+        raise ValueError(
+            say(
+                "URI {uri!r}: {mark!r} behind {scheme} should be '://', as in http://10.0.0.7:11311/",
+                uri=uri,
+                mark=wrong[2],
+                scheme=wrong[1],
+            )
+        )
     host, port = _split_authority(_authority(uri or DEFAULT_MASTER_URI), uri)
     if not host or any(character.isspace() or character in "@[]" for character in host):
         raise ValueError(say("URI {uri!r}: no host; expected something like http://10.0.0.7:11311/", uri=uri))

@@ -1,8 +1,11 @@
 """rosparam as far as programs import it: parameters, and YAML files of them."""
 
+from contextlib import contextmanager
+
 import rosgraph
 import rosgraph.names
 
+from rosproto.node.parameters import leaves
 from rosproto.typed_values import angle_loader, parse_value
 
 
@@ -14,6 +17,14 @@ class RosParamIOException(RosParamException):
     """The master cannot be reached."""
 
 
+@contextmanager
+def _asking():
+    try:
+        yield get_param_server()
+    except OSError:
+        raise RosParamIOException("Unable to communicate with master!") from None
+
+
 def get_param_server():
     """The master."""
     return rosgraph.Master("/rosparam")
@@ -21,12 +32,22 @@ def get_param_server():
 
 def get_param(param):
     """Value of a parameter."""
-    return get_param_server().getParam(param)
+    with _asking() as server:
+        return server.getParam(param)
 
 
 def set_param_raw(param, value, verbose=False):
-    """Set a parameter to a Python value."""
-    get_param_server().setParam(param, value)
+    """Set a parameter to a Python value; those of a dict one by one, so that what else is there stays."""
+    try:
+        for name, leaf in leaves(param, value):
+            with _asking() as server:
+                server.setParam(name, leaf)
+            if verbose:
+                print("set parameter [%s] to [%s]" % (name, leaf))
+    except ValueError:
+        raise RosParamException(
+            "YAML dictionaries must have string keys. Invalid dictionary is:\n%s" % value
+        ) from None
 
 
 def set_param(param, value, verbose=False):
@@ -38,19 +59,20 @@ def upload_params(ns, values, verbose=False):
     """Set all parameters of a dict below a namespace."""
     if ns == "/" and not isinstance(values, dict):
         raise RosParamException("global / can only be set to a dictionary")
-    for name, value in values.items() if isinstance(values, dict) else [("", values)]:
-        set_param_raw(rosgraph.names.ns_join(ns, name) if name else ns, value)
+    set_param_raw(ns, values, verbose)
 
 
 def delete_param(param, verbose=False):
-    """Delete a parameter."""
-    get_param_server().deleteParam(param)
+    """Delete a parameter; those of the root namespace, which stays."""
+    with _asking() as server:
+        server.setParam("/", {}) if param == "/" else server.deleteParam(param)
 
 
 def list_params(ns):
     """Sorted names of the parameters below a namespace."""
     prefix = rosgraph.names.make_global_ns(ns)
-    return sorted(name for name in get_param_server().getParamNames() if name.startswith(prefix))
+    with _asking() as server:
+        return sorted(name for name in server.getParamNames() if name.startswith(prefix))
 
 
 def dump_params(filename, param, verbose=False):
@@ -81,7 +103,12 @@ def load_str(text, filename="", default_namespace=None, verbose=False):
     except ImportError:
         raise RosParamException("YAML files need PyYAML: pip install PyYAML") from None
     space = default_namespace or rosgraph.names.get_ros_namespace()
-    return [(values or {}, space) for values in yaml.load_all(text, angle_loader(yaml, _invalid))]
+    found = []
+    for values in yaml.load_all(text, angle_loader(yaml, _invalid)):
+        inner = values.pop("_ns", "") if isinstance(values, dict) else ""
+        place = rosgraph.names.ns_join(space, inner) if inner else space
+        found.append(({} if values is None else values, place))
+    return found
 
 
 def load_file(filename, default_namespace=None, verbose=False):

@@ -1,8 +1,11 @@
 """rosservice's functions for programs: names, types and calls of services."""
 
+import time
+
 import rosgraph
 import rospy
 from genpy.message import fill_message_args, get_printable_message_args, get_service_class
+from std_msgs.msg import Header
 
 from rosproto.errors import RosError
 from rosproto.node.services.probe import probe
@@ -95,7 +98,8 @@ def call_service(service_name, service_args, service_class=None):
     """Call a service with a list of values, or a list of one dict; return (request, response)."""
     service_class = service_class or get_service_class_by_name(service_name)
     request = service_class._request_class()
-    fill_message_args(request, service_args)
+    now = rospy.get_rostime() if rospy.core.is_initialized() else rospy.Time.from_sec(time.time())
+    fill_message_args(request, service_args, {"now": now, "auto": Header(stamp=now)})
     try:
         return request, rospy.ServiceProxy(service_name, service_class)(request)
     except rospy.ServiceException as error:

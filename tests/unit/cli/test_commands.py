@@ -5,16 +5,18 @@ from __future__ import annotations
 import io
 import json
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
 import pytest
 
-from rosproto import Master, Node
+from rosproto import BagWriter, Master, Node, message_class
 from rosproto.cli import echo, main
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.yaml_values import load_text, value_of
+from rosproto.time import Time
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +107,7 @@ def test_a_topic_that_does_not_exist_is_told_after_whole_seconds(
 def test_pub_refuses_wrong_values_before_anything_is_sent(rosproto: Call) -> None:
     """A typing error names the field and what there is."""
     code, _, err = rosproto("topic pub -1 /cmd geometry_msgs/Twist", "{linaer: {x: 1}}")
-    assert code == 1
+    assert code == 2
     assert "linear, angular" in err
     code, _, err = rosproto("topic pub -1 /cmd geometry_msgs/Twits", "{}")
     assert code == 1
@@ -150,6 +152,133 @@ def test_parameters_to_a_file_and_back(rosproto: Call, tmp_path: Path) -> None:
     assert rosproto("param get /copy")[0] == 1
     assert rosproto("param set /n/x", "[1, {a: b}]")[0] == 0
     assert json.loads(rosproto("param get /n --json")[1]) == {"x": [1, {"a": "b"}]}
+
+
+@pytest.fixture
+def tree(rosproto: Call, tmp_path: Path) -> Iterator[Callable[[str, str], object]]:
+    """`tree(file's text, rest of the line)`: load the text below /tree; what is there then."""
+    assert rosproto("param set /tree", "{a: {b: 1, c: 2}, keep: 3}")[0] == 0
+
+    def load(text: str, place: str = "/tree") -> object:
+        (tmp_path / "f.yaml").write_text(text)
+        code, _, err = rosproto(f"param load {tmp_path / 'f.yaml'} {place}")
+        assert code == 0, err
+        return json.loads(rosproto("param get /tree --json")[1])
+
+    yield load
+    rosproto("param delete /tree")
+
+
+def test_load_and_set_merge_leaf_by_leaf(rosproto: Call, tree: Callable[..., object]) -> None:
+    """What a file or a value does not name stays, as in rosparam."""
+    assert tree("a: {b: 5}\nnew: [1]\n") == {"a": {"b": 5, "c": 2}, "keep": 3, "new": [1]}
+    assert rosproto("param set /tree", "{a: {c: 7}}")[0] == 0
+    assert tree("{}") == {"a": {"b": 5, "c": 7}, "keep": 3, "new": [1]}
+
+
+def test_load_takes_namespaces_as_rosparam_does(
+    rosproto: Call, tree: Callable[..., object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`_ns` and global names in a file, several documents, $ROS_NAMESPACE."""
+    assert tree("_ns: in\nx: 1\n---\n_ns: /tree/a\nb: 2\n/tree/keep: 4\n---\n") == {
+        "a": {"b": 2, "c": 2},
+        "keep": 4,
+        "in": {"x": 1},
+    }
+    monkeypatch.setenv("ROS_NAMESPACE", "tree")
+    assert tree("keep: 5\n", "") == {"a": {"b": 2, "c": 2}, "keep": 5, "in": {"x": 1}}
+    assert json.loads(rosproto("param dump --json")[1])["keep"] == 5
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{keep: 9, 1: 2}", "1 is not a key; keys are strings"),
+        ("{keep: 9, yes: 2}", "True is not a key"),
+        ("{keep: 9, big: 3000000000}", "3000000000 does not fit in 32 bits"),
+        ("{keep: 9, none: }", "cannot be"),
+    ],
+)
+def test_what_cannot_be_a_parameter_is_refused_before_anything_is_set(
+    rosproto: Call, tree: Callable[..., object], text: str, says: str
+) -> None:
+    """Exit code 2, a sentence with the name, and nothing has changed."""
+    code, _, err = rosproto("param set /tree", text)
+    assert code == 2
+    assert says in err
+    assert "bug" not in err
+    assert tree("keep: 3") == {"a": {"b": 1, "c": 2}, "keep": 3}
+
+
+def test_the_root_can_be_emptied(capsys: pytest.CaptureFixture[str]) -> None:
+    """`param delete /` empties the parameter server, which keeps its root."""
+    with Master() as master:
+        assert main(["param", "set", "/a/b", "1", "--master", master.uri]) == 0
+        assert main(["param", "delete", "/", "--master", master.uri]) == 0
+        assert main(["param", "list", "--master", master.uri]) == 0
+    assert capsys.readouterr().out == ""
+
+
+def test_a_private_name_is_refused(rosproto: Call) -> None:
+    """A command has no names of its own: /~x was made of it."""
+    code, _, err = rosproto("param set ~x 1")
+    assert code == 2
+    assert "write /NODE/x" in err
+
+
+def test_a_call_takes_now_and_auto(graph: str, rosproto: Call) -> None:
+    """As `topic pub` and rosservice do; a whole number for a time is in nanoseconds."""
+    plans: list[object] = []
+    with Node("/planner", master_uri=graph) as node:
+        node.service_server("/plan", "nav_msgs/GetPlan", lambda request: plans.append(request) or {})
+        before = time.time()
+        request = "{start: {header: auto}, goal: {header: {stamp: now}}}"
+        assert rosproto("service call /plan", request)[0] == 0
+        assert rosproto("service call /plan", "{start: {header: {stamp: 1500000001}}}")[0] == 0
+    first, second = plans
+    assert before <= first.start.header.stamp.to_sec() <= time.time()
+    assert before <= first.goal.header.stamp.to_sec() <= time.time()
+    assert second.start.header.stamp == Time(1, 500000001)
+
+
+@pytest.mark.parametrize(
+    ("command", "value", "says"),
+    [
+        ("topic pub -1 /n std_msgs/UInt8", "300", "300 is out of range for uint8; expected 0 to 255"),
+        ("topic pub -1 /n std_msgs/Int64", "9223372036854775808", "out of range for int64"),
+        ("topic pub -1 /n std_msgs/Time", "{data: {secs: -1}}", "-1 is out of range for a time"),
+        ("topic pub -1 /n std_msgs/Time", "{data: {secs: 1.5}}", "1.5 is not a valid int64"),
+        ("service call /add", "2.5", "2.5 is not a bool"),
+        ("topic echo -b x.bag", "", "name a topic"),
+    ],
+)
+def test_a_value_out_of_range_is_wrong_use(rosproto: Call, command: str, value: str, says: str) -> None:
+    """Exit code 2, before anything is advertised or called."""
+    code, _, err = rosproto(command, *([value] if value else []))
+    assert code == 2
+    assert says in err
+
+
+def test_echo_of_a_whole_bag_needs_no_topic(rosproto: Call, tmp_path: Path) -> None:
+    """`rostopic echo -b BAG -a`."""
+    with BagWriter(tmp_path / "b.bag") as bag:
+        bag.write("/one", message_class("std_msgs/String")("first"), 1.0)
+        bag.write("/two", message_class("std_msgs/Int8")(2), 2.0)
+    code, out, _ = rosproto(f"topic echo -b {tmp_path / 'b.bag'} -a")
+    assert code == 0
+    assert out == 'data: "first"\n---\ndata: 2\n---\n'
+
+
+def test_echo_tells_refused_from_unreachable(
+    rosproto: Call, graph: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A publisher that was reached, and refused, is not called unreachable."""
+    with Node("/dumb", master_uri=graph) as node:
+        node.master.register_publisher("/none", "std_msgs/String", node.uri)
+        code, _, err = rosproto("topic echo /none --timeout 1")
+    assert code == 1
+    assert "its publisher is not connected" in err
+    assert "cannot be reached" not in err
 
 
 def test_cleanup_takes_out_the_dead(capsys: pytest.CaptureFixture[str]) -> None:

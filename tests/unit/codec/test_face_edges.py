@@ -103,9 +103,11 @@ def test_wrong_values_typed_by_a_person_are_named(values: dict[str, object], say
         from_dict(Flags, values)
 
 
-@pytest.mark.parametrize("at", [{"secs": 3}, [3, 0], 3.0, 3, rosproto.Time(3, 0), rosproto.Duration(3, 0)])
+@pytest.mark.parametrize(
+    "at", [{"secs": 3}, [3, 0], 3.0, 3_000_000_000, rosproto.Time(3, 0), rosproto.Duration(3, 0)]
+)
 def test_a_time_may_be_written_in_many_ways(at: object) -> None:
-    """As a mapping, a pair, seconds, or a time."""
+    """As a mapping, a pair, seconds with a point, nanoseconds without, or a time."""
     assert from_dict(Flags, {"at": at, "text": 7, "one": 1, "many": b"\1"}).at.secs == 3
 
 

@@ -112,6 +112,12 @@ def test_small_modules_on_a_graph(tmp_path: Path) -> None:
         service = rospy.Service("/pull", Trigger, lambda r: TriggerResponse(True, "pulled"))
         print(rostopic.get_topic_type("/chat")[0], rostopic.get_topic_class("/chat")[0] is String)
         print(rosservice.get_service_type("/pull"), rosservice.call_service("/pull", [])[1].message)
+        rosparam.upload_params("/deep", {"a": {"b": 1, "c": 2}})
+        rosparam.upload_params("/deep", {"a": {"b": 5}, "/global": 7})
+        print(rosparam.get_param("/deep"), rosparam.get_param("/global"))
+        rosparam.delete_param("/deep")
+        rosparam.delete_param("/global")
+        print(rosparam.load_str("_ns: in\\nx: 1\\n---\\n_ns: /out\\ny: 2", "", "/base"))
         rosparam.set_param("/a", "[1, 2]")
         print(rosparam.get_param("/a"), rosparam.list_params("/"), rosgraph.is_master_online())
         print(rosgraph.Master("/me").lookupNode("/small") == rospy.get_node_uri())
@@ -120,6 +126,8 @@ def test_small_modules_on_a_graph(tmp_path: Path) -> None:
         assert output(code, tmp_path, uri=master.uri).splitlines() == [
             "std_msgs/String True",
             "std_srvs/Trigger pulled",
+            "{'a': {'b': 5, 'c': 2}} 7",
+            "[({'x': 1}, '/base/in'), ({'y': 2}, '/out')]",
             "[1, 2] ['/a', '/rosdistro', '/rosversion', '/run_id', '/small/x'] True",
             "True",
         ]

@@ -99,3 +99,10 @@ def test_equal_uris_differ_in_case_slash_and_path_only() -> None:
 )
 def test_loopback_is_judged_by_the_text(host: str, yes: bool) -> None:
     assert is_loopback(host) is yes
+
+
+@pytest.mark.parametrize("uri", ["http//robot:11311", "http:/robot:11311/", "HTTP//robot", "rosrpc//robot:1"])
+def test_a_mistyped_scheme_is_named(uri: str) -> None:
+    """It was taken for a host called http."""
+    with pytest.raises(ValueError, match="should be '://'"):
+        parse_uri(uri)

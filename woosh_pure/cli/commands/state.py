@@ -264,7 +264,7 @@ def nobody_there(chassis: Chassis) -> str:
     """Return the sentence for a missing or unreachable chassis."""
     if why := chassis.status.unreachable:
         return say(
-            "{topic} is published at {uri}, but its publisher cannot be reached: {why}; try `woosh doctor`",
+            "{topic} is published at {uri}, but its publisher is not connected: {why}; try `woosh doctor`",
             topic=chassis.status.topic,
             uri=chassis.master_uri,
             why=why,
