@@ -51,13 +51,15 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
     """Rotate a vector: q v q*, with v as a quaternion whose w is 0."""
     x, y, z, w = q
     vx, vy, vz = v
-    turned = (
-        w * vx + y * vz - z * vy,
-        w * vy + z * vx - x * vz,
-        w * vz + x * vy - y * vx,
-        -x * vx - y * vy - z * vz,
+    tx = w * vx + y * vz - z * vy
+    ty = w * vy + z * vx - x * vz
+    tz = w * vz + x * vy - y * vx
+    tw = -x * vx - y * vy - z * vz
+    return (
+        tx * w - tw * x - ty * z + tz * y,
+        ty * w - tw * y - tz * x + tx * z,
+        tz * w - tw * z - tx * y + ty * x,
     )
-    return multiply(turned, conjugate(q))[:3]
 
 
 def normalized(q: Quaternion) -> Quaternion:

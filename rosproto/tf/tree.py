@@ -19,6 +19,7 @@ MAX_FRAMES = 10_000
 MAX_SAMPLES = 50_000  # of one frame
 MAX_NAME_CHARACTERS = 1000  # characters
 MAX_DEPTH = 1000  # as in tf2: a longer path to the root is a loop
+MAX_KEPT = 256  # results, and frames with the poses above them, that are kept for the next lookup
 
 Pose = tuple[Vector, Quaternion]
 IDENTITY: Pose = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
@@ -77,13 +78,16 @@ class FrameTree:
         self.names: dict[str, None] = {}
         self._max_frames = max_frames
         self._max_names = 2 * max_frames
+        self._climbs: dict[str, _Climb] = {}
+        self._found: dict[tuple[str, str, int], tuple[Pose, int]] = {}
 
     def has_room(self, child: str) -> bool:
         """Whether a pose of this frame may be added."""
         return child in self.edges or len(self.edges) < self._max_frames
 
     def remember_names(self, child: str, parent: str) -> None:
-        """Remember both names, after a pose was added."""
+        """Remember both names; call it whenever a pose was added."""
+        self.forget_results()
         self.names.update({child: None, parent: None})
         if len(self.names) > self._max_names:  # a sender that keeps inventing parents
             self.drop_former_parents()
@@ -92,8 +96,13 @@ class FrameTree:
 
     def drop_former_parents(self) -> None:
         """Forget the names of former parents."""
+        self.forget_results()
         parents = (edge.newest.parent for edge in self.edges.values() if len(edge))
         self.names = dict.fromkeys([*self.edges, *parents])
+
+    def forget_results(self) -> None:
+        """Forget what `lookup` has found; call it after every change of the histories."""
+        self._found.clear()
 
     def lookup(self, target: str, source: str, stamp: int) -> tuple[Pose, int]:
         """The pose of the source in the target, and its time; `stamp` 0 is the newest common time.
@@ -101,10 +110,16 @@ class FrameTree:
         Raises:
             NoPath: There is no transform.
         """
-        stamp = stamp or self.latest_common_time(target, source)
-        if target == source:  # works for an unknown frame as well
-            return IDENTITY, stamp
-        return self.find_path(target, source, stamp)[:2], stamp
+        asked = target, source, stamp
+        found = self._found.get(asked)
+        if found is None:
+            stamp = stamp or self.latest_common_time(target, source)
+            # A frame is at itself, also an unknown one.
+            pose = IDENTITY if target == source else self._path(target, source, stamp)[0]
+            if len(self._found) >= MAX_KEPT:
+                self.forget_results()
+            found = self._found[asked] = pose, stamp
+        return found
 
     def find_path(self, target: str, source: str, stamp: int) -> FramePath:
         """The path between two frames at one time.
@@ -112,35 +127,37 @@ class FrameTree:
         Raises:
             NoPath: There is none.
         """
-        edges = self.edges
-        up, down = IDENTITY, IDENTITY
-        source_side: list[str] = []
-        target_side: list[str] = []
-        frame, gap = source, None
-        while frame != target and frame in edges:
-            sample = edges[frame].at(stamp)
-            if sample is None:  # perhaps the target is below this frame
-                gap = PoseUnknown(frame, edges[frame], stamp)
-                break
-            up = _step(sample.translation, sample.rotation, up)
-            _append(source_side, frame)
-            frame = sample.parent
-        if frame == target:
-            return FramePath(*up, source_side, target_side)
-        top, frame = frame, target
-        while frame not in (top, source) and frame in edges:
-            sample = edges[frame].at(stamp)
-            if sample is None:
-                raise PoseUnknown(frame, edges[frame], stamp)
-            down = _step(sample.translation, sample.rotation, down)
-            _append(target_side, frame)
-            frame = sample.parent
-        there, back = _inverse(down)
+        pose, source_steps, target_steps = self._path(target, source, stamp)
+        return FramePath(
+            *pose, self._climb(source).frames(source_steps), self._climb(target).frames(target_steps)
+        )
+
+    def _path(self, target: str, source: str, stamp: int) -> tuple[Pose, int, int]:
+        """The pose of the source in the target, and the numbers of steps up from both."""
+        edges, climb = self.edges, self._climb(source)
+        steps, top, gap = climb.up_to((target,), edges, stamp)
+        up = climb.poses[steps]
+        if top == target:
+            return up, steps, 0
+        # Where the source's pose is unknown, the target may still be below that frame.
+        climb = self._climb(target)
+        down_steps, frame, missing = climb.up_to((top, source), edges, stamp)
+        if missing is not None:
+            raise missing
+        there, back = _inverse(climb.poses[down_steps])
         if frame == source != top:
-            return FramePath(there, back, source_side, target_side)
+            return (there, back), steps, down_steps
         if frame != top:
             raise gap or SeparateTrees(top, frame)
-        return FramePath(_sum(rotate(back, up[0]), there), multiply(back, up[1]), source_side, target_side)
+        return (_sum(rotate(back, up[0]), there), multiply(back, up[1])), steps, down_steps
+
+    def _climb(self, frame: str) -> _Climb:
+        climb = self._climbs.get(frame)
+        if climb is None:
+            if len(self._climbs) >= MAX_KEPT:
+                del self._climbs[next(iter(self._climbs))]
+            climb = self._climbs[frame] = _Climb(frame)
+        return climb
 
     def latest_common_time(self, target: str, source: str) -> int:
         """The newest time (ns) at which the whole path is known; 0 if nothing on it moves.
@@ -150,24 +167,27 @@ class FrameTree:
         """
         if target == source:
             return self.newest_stamp(source)
-        above: list[tuple[int, str]] = []
-        while (step := self._newest_parent(above[-1][1] if above else source)) is not None:
-            above.append(step)
-            if step[1] == target:
+        steps: dict[str, int] = {}  # to each frame above the source
+        above: list[int] = []
+        frame = source
+        while (step := self._newest_parent(frame)) is not None:
+            above.append(step[0])
+            frame = step[1]
+            steps.setdefault(frame, len(above))
+            if frame == target:
                 return _earliest(above)
             if len(above) > MAX_DEPTH:
                 raise FrameLoop
-        parents = [parent for _, parent in above]
-        below: list[tuple[int, str]] = []
-        frame = target
+        root, frame = frame, target
+        below: list[int] = []
         while len(below) < MAX_DEPTH:
             step = self._newest_parent(frame)
             if step is None:
-                raise SeparateTrees(parents[-1] if parents else source, frame)
-            below.append(step)
+                raise SeparateTrees(root, frame)
+            below.append(step[0])
             frame = step[1]
-            if frame in parents:
-                return _earliest(below + above[: parents.index(frame) + 1])
+            if frame in steps:
+                return _earliest(below + above[: steps[frame]])
             if frame == source:
                 return _earliest(below)
         raise FrameLoop
@@ -180,17 +200,57 @@ class FrameTree:
     def _newest_parent(self, frame: str) -> tuple[int, str] | None:
         """(newest stamp, newest parent) of a frame; None for a root, or a frame without poses."""
         edge = self.edges.get(frame)
-        return (self.newest_stamp(frame), edge.newest.parent) if edge else None
+        if not edge:
+            return None
+        newest = edge.newest
+        return 0 if edge.static else newest.stamp, newest.parent
 
 
-def _earliest(steps: list[tuple[int, str]]) -> int:
-    return min((stamp for stamp, _ in steps if stamp), default=0)
+def _earliest(stamps: list[int]) -> int:
+    return min(filter(None, stamps), default=0)
 
 
-def _append(frames: list[str], frame: str) -> None:
-    frames.append(frame)
-    if len(frames) > MAX_DEPTH:
-        raise FrameLoop
+class _Climb:
+    """The poses of a frame in those above it, as the last lookup found them.
+
+    The next one computes anew from the first sample that is another object. Samples are values and name the
+    parent, so that no change of the tree makes a kept pose wrong. The order of the arithmetic stays tf2's.
+
+    Attributes:
+        samples: The pose of each frame in the next one.
+        poses: The pose of the first frame in itself, and after each sample.
+    """
+
+    __slots__ = ("_frame", "poses", "samples")
+
+    def __init__(self, frame: str) -> None:
+        self._frame = frame
+        self.samples: list[Sample] = []
+        self.poses: list[Pose] = [IDENTITY]
+
+    def frames(self, steps: int) -> list[str]:
+        """The frames of the first steps, without the last parent."""
+        return [self._frame, *(sample.parent for sample in self.samples)][:steps]
+
+    def up_to(
+        self, ends: tuple[str, ...], edges: dict[str, History], stamp: int
+    ) -> tuple[int, str, PoseUnknown | None]:
+        """Go up to one of `ends`, a root or a gap: the number of steps, the frame there, and the gap."""
+        samples, poses = self.samples, self.poses
+        steps, frame = 0, self._frame
+        while frame not in ends and (edge := edges.get(frame)) is not None:
+            sample = edge.at(stamp)
+            if sample is None:
+                return steps, frame, PoseUnknown(frame, edge, stamp)
+            if steps == len(samples) or samples[steps] is not sample:
+                del samples[steps:], poses[steps + 1 :]
+                samples.append(sample)
+                poses.append(_step(sample.translation, sample.rotation, poses[steps]))
+            steps += 1
+            if steps > MAX_DEPTH:
+                raise FrameLoop
+            frame = sample.parent
+        return steps, frame, None
 
 
 def _sum(a: Vector, b: Vector) -> Vector:
@@ -240,7 +300,7 @@ class History:
         authority: Node that sent the last one.
     """
 
-    __slots__ = ("_cache_ns", "_max_samples", "_samples", "_stamps", "authority", "static")
+    __slots__ = ("_between", "_cache_ns", "_max_samples", "_samples", "_stamps", "authority", "static")
 
     @former_parameters(most="max_samples")
     def __init__(self, cache_ns: int, max_samples: int | None = None, *, static: bool = False) -> None:
@@ -248,6 +308,7 @@ class History:
         self._max_samples = max_samples
         self._samples: list[Sample] = []
         self._stamps: list[int] = []
+        self._between: Sample | None = None  # the last that was computed
         self.static = static
         self.authority = ""
 
@@ -261,6 +322,8 @@ class History:
         at = bisect_left(self._stamps, sample.stamp)
         if at < len(self._stamps) and self._stamps[at] == sample.stamp:
             return REPEATED
+        if at < len(self._stamps):
+            self._between = None
         self._samples.insert(at, sample)
         self._stamps.insert(at, sample.stamp)
         self._forget()
@@ -276,7 +339,7 @@ class History:
     def clear(self) -> None:
         """Forget everything, unless static: that holds whatever the clock does."""
         if not self.static:
-            self._samples, self._stamps = [], []
+            self._samples, self._stamps, self._between = [], [], None
 
     @property
     def earliest(self) -> int:
@@ -300,8 +363,11 @@ class History:
             return self._samples[0]
         if not stamps[0] < stamp < stamps[-1]:
             return None
-        after = bisect_right(stamps, stamp)
-        return _between(self._samples[after - 1], self._samples[after], stamp)
+        known = self._between
+        if known is None or known.stamp != stamp:
+            after = bisect_right(stamps, stamp)
+            known = self._between = _between(self._samples[after - 1], self._samples[after], stamp)
+        return known
 
 
 def seconds(ns: int) -> float:

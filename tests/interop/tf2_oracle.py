@@ -82,6 +82,11 @@ for case in range(int(sys.argv[2])):
         message, static = pose(names, base, case), draw.random() < 0.1
         for buffer in buffers:
             (buffer.set_transform_static if static else buffer.set_transform)(message, "node %d" % (i % 3))
+        if draw.random() < 0.3:  # what a lookup keeps for the next one must not outlive a change
+            ask(buffers, names, base)
+        if draw.random() < 0.02:
+            for buffer in buffers:
+                buffer.clear()
     for _ in range(25):
         ask(buffers, names, base)
     compare("yaml", buffers, lambda x: x.all_frames_as_yaml())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 import threading
 
 import pytest
@@ -16,7 +17,7 @@ from rosproto.tf import (
     TransformError,
     UnknownFrame,
 )
-from rosproto.tf.tree import FrameTree, History, Sample
+from rosproto.tf.tree import MAX_KEPT, FrameTree, History, Sample
 
 
 def edge(parent: str, child: str, x: float, stamp: float = 0.0, yaw: float = 0.0) -> Transform:
@@ -265,3 +266,86 @@ def test_former_parents_are_dropped_seldom(monkeypatch):
         tree.remember_names("c0", f"new{i}")
         assert len(tree.names) <= 250
     assert len(count) <= 21
+
+
+# -- what a lookup keeps for the next one --------------------------------------------------------------------
+
+
+def asked(buffer: TransformBuffer, lookups: list[tuple[str, str, float | None]]) -> list[object]:
+    answers: list[object] = []
+    for target, source, moment in lookups:
+        try:
+            answers.append(buffer.lookup(target, source, moment))
+        except TransformError as error:
+            answers.append((type(error), str(error)))
+    return answers
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_changing_tree_answers_as_one_that_was_never_asked(seed):
+    """Frames move, change parents, become static, are inserted late, and are forgotten, between lookups."""
+    chance = random.Random(seed)
+    frames = [f"f{i}" for i in range(7)]
+    lookups = [
+        (chance.choice(frames), chance.choice(frames), chance.choice([None, None, 2.5, 4.0, 6.25]))
+        for _ in range(15)
+    ]
+    changes, used = [], TransformBuffer(6.0)
+    for _ in range(50):
+        child = chance.randrange(1, 7)
+        parent = child // 2 if chance.random() < 0.8 else chance.choice([i for i in range(7) if i != child])
+        pose = Transform.planar(
+            f"f{parent}", f"f{child}", chance.uniform(-5, 5), 1.0, chance.uniform(-3, 3),
+            stamp=chance.choice([1, 2, 3, 4, 5, 6, 7, 12]),
+        )  # fmt: skip
+        static, clear = chance.random() < 0.2, chance.random() < 0.05
+
+        def change(buffer, pose=pose, static=static, clear=clear):
+            buffer.set_transform(pose, static=static)
+            if clear:
+                buffer.clear()
+
+        changes.append(change)
+        change(used)
+        fresh = TransformBuffer(6.0)
+        for one in changes:
+            one(fresh)
+        assert asked(used, lookups) == asked(fresh, lookups)
+
+
+def test_a_static_frame_that_is_sent_again_replaces_the_old_pose():
+    buffer = TransformBuffer()
+    buffer.set_transform(Transform.planar("map", "base", 1.0, 0, 0, stamp=1.0))
+    for x in (1.0, 2.0, 2.0):
+        buffer.set_transform(Transform.planar("base", "laser", x, 0, 0), static=True)
+        assert (
+            buffer.lookup("map", "laser").translation[0]
+            == buffer.lookup("map", "laser", 1.0).translation[0]
+            == 1 + x
+        )
+
+
+def test_a_frame_with_another_parent_is_looked_up_there():
+    buffer = TransformBuffer()
+    for parent, child, x in (("map", "shelf", 5.0), ("map", "base", 1.0), ("shelf", "box", 0.5)):
+        buffer.set_transform(Transform.planar(parent, child, x, 0, 0, stamp=1.0))
+    assert buffer.lookup("map", "box").translation[0] == 5.5
+    buffer.set_transform(Transform.planar("base", "box", 0.25, 0, 0, stamp=2.0))
+    buffer.set_transform(Transform.planar("map", "base", 1.0, 0, 0, stamp=2.0))
+    assert buffer.lookup("map", "box", 2.0).translation[0] == 1.25
+    assert buffer.lookup("map", "box", 1.0).translation[0] == 5.5
+    buffer.clear()
+    with pytest.raises(TransformError):
+        buffer.lookup("map", "box", 1.0)
+
+
+def test_what_is_kept_for_the_next_lookup_is_bounded():
+    tree = FrameTree()
+    for i in range(3 * MAX_KEPT):
+        tree.edges[f"f{i}"] = history = History(10**10)
+        history.add(Sample(1, "map", (float(i), 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
+    tree.remember_names("f0", "map")
+    for i in range(3 * MAX_KEPT):
+        assert tree.lookup("map", f"f{i}", 0)[0][0][0] == i
+        assert tree.find_path(f"f{i}", "map", 1).translation[0] == -i
+    assert max(len(tree._climbs), len(tree._found)) <= MAX_KEPT

@@ -207,6 +207,7 @@ class BufferCore:
         with self._lock:
             for edge in self._tree.edges.values():
                 edge.clear()
+            self._tree.forget_results()
 
     # -- looking up -----------------------------------------------------------------------------------------
 
