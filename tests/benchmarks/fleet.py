@@ -1,12 +1,16 @@
 """What vehicles of a fleet manager cost: many of ours in one process against one broker, Debian's mosquitto.
 
     python -m tests.benchmarks fleet [--vehicles 1,8,50,200] [--real 1,8] [--peers 8,50] [--seconds 15] [--away 5]
-                                     [--only cost,restart] [--nodelay] [--beside CHECKOUT]
+                                     [--only cost,restart,orders] [--orders 100,300,1000] [--nodelay]
+                                     [--beside CHECKOUT]
 
 * cost: processor and memory for a vehicle that stands and one that drives; messages and bytes; the delay from an
   order to the first motion, and from an arrival to the manager's knowing.
 * restart: the broker is killed with all vehicles connected, is away for a while and comes back: how long until
   every vehicle is ONLINE and has told its state, how many messages, how much processor time.
+* orders: how the cost of an order grows with its nodes, without and with an action at each: processor time of the
+  order machine with its file, of the state messages, and what is written to disk; the exponents are those from the
+  first size to the last.
 
 `--vehicles` have a light stand-in for the chassis: it tells its pose ten times a second, needs no network, and
 drives 1 m/s in a straight line; what the stand-ins themselves cost was measured before the vehicles were opened, and is
@@ -46,6 +50,7 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 PEERS = Path(__file__).resolve().parent / "peers"
 HEADER = ("headerId", "timestamp", "version", "manufacturer", "serialNumber")
 LEGS = 3  # metres and edges of an order, there or back
+ORDER_SECONDS = 60.0  # for one order of a size
 SETTLE = 8.0  # s to see what the stand-ins cost
 
 
@@ -61,7 +66,8 @@ def run(arguments: list[str]) -> None:
     parser.add_argument("--peers", default="8,50")
     parser.add_argument("--seconds", type=float, default=15.0)
     parser.add_argument("--away", type=float, default=5.0)
-    parser.add_argument("--only", default="cost,restart")
+    parser.add_argument("--only", default="cost,restart,orders")
+    parser.add_argument("--orders", default="100,300,1000")
     parser.add_argument("--nodelay", action="store_true")
     parser.add_argument("--beside", type=Path)
     args = parser.parse_args(arguments)
@@ -95,6 +101,55 @@ def run(arguments: list[str]) -> None:
         for size in sizes:
             for name, place in checkouts:
                 restart(f"{size}{'' if place == ROOT else f' ({name})'}", args, size, ours(place, size))
+    if "orders" in args.only:
+        print("\norders: seconds of processor time, MB written, and the state messages: seconds, number, MB")
+        print(
+            "| vehicle | nodes | actions at each | order and file | written | states | messages | MB |\n"
+            + "|---" * 8
+            + "|"
+        )
+        for name, place in checkouts:
+            for actions in (0, 1):
+                orders(name, place, numbers(args.orders), actions)
+
+
+# -- orders ----------------------------------------------------------------------------------------------------
+
+
+def orders(row: str, place: Path, sizes: list[int], actions: int) -> None:
+    """The growth of one order; what takes longer than ORDER_SECONDS is not waited for."""
+    measured: list[tuple[int, dict[str, float]]] = []
+    for size in sizes:
+        command = [
+            "env",
+            f"PYTHONPATH={place}",
+            sys.executable,
+            str(PEERS / "fleet_orders.py"),
+            str(size),
+            str(actions),
+        ]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True, timeout=ORDER_SECONDS, check=True)
+        except subprocess.TimeoutExpired:
+            print(f"| {row} | {size} | {actions} | not done in {ORDER_SECONDS:g} s |", flush=True)
+            return
+        found = json.loads(done.stdout)
+        measured.append((size, found))
+        print(
+            f"| {row} | {size} | {actions} | {found['seconds']:.3f} | {found['written'] / 1e6:.2f} "
+            f"| {found['told']:.3f} | {found['messages']} | {found['message_bytes'] / 1e6:.1f} |",
+            flush=True,
+        )
+    (small, first), (large, last) = measured[0], measured[-1]
+    if small != large:
+        growth = {
+            key: math.log(last[key] / first[key]) / math.log(large / small)
+            for key in ("seconds", "written", "told")
+        }
+        print(
+            f"| {row} | exponent | {actions} | {growth['seconds']:.2f} | {growth['written']:.2f} | {growth['told']:.2f} |",
+            flush=True,
+        )
 
 
 def numbers(text: str) -> list[int]:
