@@ -73,6 +73,7 @@ class Node:
         close_at_exit: Close an open node when the program ends.
         on_shutdown_request: Called with the reason, in its own thread, when the master or a tool shuts down
             this node; it must close the node. None closes the node at once.
+        any_name: Take `name` as it is, a global name that may be illegal (`/robot-1/my.node`), as rospy does.
 
     Raises:
         ConnectionLost, RosTimeout: The master does not answer; the text gives its address and what to check.
@@ -103,6 +104,7 @@ class Node:
         follow_clock: bool = True,
         close_at_exit: bool = True,
         on_shutdown_request: Callable[[str], object] | None = None,
+        any_name: bool = False,
     ) -> None:
         if use_environment:
             master_uri, host, namespace = options.from_environment(master_uri, host, namespace)
@@ -111,7 +113,8 @@ class Node:
                 'which master? Give master_uri="http://host:11311", or use_environment and ROS_MASTER_URI'
             )
         given = {**(options.host_names() if use_environment else {}), **(resolve or {})}
-        name = options.node_name(name, namespace, anonymous)
+        if not any_name:
+            name = options.node_name(name, namespace, anonymous)
         naming = options.NodeNaming(name, remappings or {})
         context = Context(
             name,

@@ -18,17 +18,25 @@ _log = get_logger("rosproto.node")
 def node_name(name: str, namespace: str, anonymous: bool) -> str:
     """The global name of a node; `anonymous` adds a unique suffix.
 
+    What the program names itself must be legal. The namespace is the robot's, and need only be usable.
+
     Raises:
-        ValueError: `name` is not a node name.
+        ValueError: `name` is not a node name, or no master accepts the namespace.
     """
-    resolved = names.resolve(
-        name, names.join(namespace if namespace.startswith("/") else f"/{namespace}", "x")
-    )
-    if name.startswith("~") or resolved == "/" or not names.is_legal_name(resolved):
+    space = names.canonicalize(f"/{namespace}")
+    if not names.is_usable_name(space) or space.startswith("/~"):
+        raise ValueError(
+            f"namespace {namespace!r} is not a ROS name; expected something like '/robot_1': letters, digits,"
+            " `_` or `/`; it comes from the argument namespace, or from the environment variable ROS_NAMESPACE"
+        )
+    if not name or name.startswith("~") or not names.is_legal_name(name) or not name.strip("/"):
         raise ValueError(
             f"{name!r} is not a node name; expected something like '/laptop': an ASCII letter or `/`, then"
             " letters, digits, `_` or `/`"
         )
+    resolved = names.resolve(name, names.join(space, "x"))
+    if not names.is_legal_name(resolved):
+        _log.warning("! %s", _not_legal(resolved))
     if anonymous:
         space, _, base = resolved.rpartition("/")
         return f"{space}/{names.anonymous_name(base)}"
@@ -94,6 +102,10 @@ def queue_length(size: int) -> int:
     return size
 
 
+def _not_legal(name: str) -> str:
+    return f"{name} is not a legal ROS name; roscpp and some tools refuse it"
+
+
 MAX_WARNINGS = 100  # the bound for programs that generate names
 
 
@@ -123,7 +135,7 @@ class NodeNaming:
         new = resolved not in self._warned and len(self._warned) < MAX_WARNINGS
         if new and not names.is_legal_name(resolved):
             self._warned.add(resolved)
-            _log.warning("! %s is not a legal ROS name; roscpp and some tools refuse it", resolved)
+            _log.warning("! %s", _not_legal(resolved))
         return resolved
 
     @property

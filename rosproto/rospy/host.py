@@ -42,6 +42,7 @@ class ProgramNode(Node):
             close_at_exit=False,
             on_shutdown_request=on_shutdown_request,
             on_event=self._note,
+            any_name=True,
             **options,
         )
 

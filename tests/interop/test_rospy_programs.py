@@ -199,6 +199,24 @@ def test_remapped_in_a_namespace(both: Run) -> None:
     both("names.py", *arguments, peer=peer)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "namespace"),
+    [
+        (["my-node"], ""),
+        (["my.node"], ""),
+        (["kn\u00f6ten"], ""),
+        (["7up"], ""),
+        (["n", "__name:=my-node"], ""),
+        (["n", "__ns:=/robot-1"], ""),
+        (["n"], "robot-1"),
+        (["a/b"], ""),
+    ],
+)
+def test_a_name_that_is_not_legal(arguments: list[str], namespace: str, both: Run) -> None:
+    """rospy warns and goes on; it refuses a name with a namespace."""
+    both("odd_node_name.py", *arguments, env={"ROS_NAMESPACE": namespace})
+
+
 def test_anonymous(both: Run) -> None:
     """The name is made of process and time."""
     _, ours = both("names.py", "--anonymous", peer=hears({"/chatter": "std_msgs/String"}))

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosproto.master import Master
-from tests.support.rospy_program import ROOT, output
+from tests.support.rospy_program import ROOT, output, run
 
 REACHED = """
     rospy.core.ROSInitException rospy.core.ROSInterruptException rospy.core.ns_join rospy.core.ParameterInvalid
@@ -53,6 +53,24 @@ def test_the_master_takes_its_arguments_by_name(tmp_path: Path) -> None:
             "getParam() takes these arguments: key",
             "getPid() takes these arguments: none",
         ]
+
+
+def test_a_node_may_have_any_name_and_namespace(tmp_path: Path) -> None:
+    """As rospy, which warns of the name; a service whose name no master takes is not available."""
+    code = """
+        import rospy
+        from std_srvs.srv import Empty
+        rospy.init_node("my-node")
+        print(rospy.get_name())
+        try:
+            rospy.ServiceProxy("not:a:name", Empty)()
+        except rospy.ServiceException as error:
+            print(error)
+    """
+    with Master() as master:
+        done = run(code, tmp_path, uri=master.uri, ROS_NAMESPACE="robot.1")
+    assert done.stdout.splitlines() == ["/robot.1/my-node", "service [/robot.1/not:a:name] unavailable"]
+    assert "'my-node' is not a legal ROS base name. This may cause problems" in done.stderr
 
 
 def test_packages_of_the_package_path(tmp_path: Path) -> None:

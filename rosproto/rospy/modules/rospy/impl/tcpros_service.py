@@ -214,6 +214,8 @@ class ServiceProxy(_Service):
         return self.uri
 
     def _opened(self):
+        if not is_usable_name(self.resolved_name):
+            raise ServiceException("service [%s] unavailable" % self.resolved_name)
         caller = _caller_now()
         client = self._client
         if client is None or self._client_of is not caller:
