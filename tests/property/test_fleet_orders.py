@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.support.fleet import PureVehicle, action, order_json
+from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.order.events import (
     BeginAction,
@@ -22,6 +23,7 @@ from woosh_pure.fleet.order.events import (
     Halt,
     ModeChanged,
     PositionMeasured,
+    PublishState,
     RetryDue,
     ShutDown,
     StandingMeasured,
@@ -30,6 +32,7 @@ from woosh_pure.fleet.order.events import (
 )
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import Motion
+from woosh_pure.fleet.published_messages import StateMessages
 
 TYPES = ("beep", "weld", "dock", "park")
 BLOCKING = ("NONE", "SOFT", "HARD")
@@ -47,6 +50,7 @@ class Watched(PureVehicle):
         self.to_end: set[str] = set()
         self.ever: set[str] = set()
         self.done: set[str] = set()
+        self.messages = StateMessages("2.1.0")
         super().__init__(**given, obeys=False)
 
     def apply(self, event: Event) -> None:
@@ -103,6 +107,12 @@ class Watched(PureVehicle):
             self.measured = False
         elif isinstance(effect, EndAction):
             self.to_end.add(effect.action_id)
+        elif isinstance(effect, PublishState):
+            given = (state, ChassisFacts(), {})
+            fresh = StateMessages("2.1.0").text(*given)
+            assert self.messages.text(*given) == fresh, "the state message has what was in an earlier one"
+            failing = self.disk.full or self.order_machine.failing
+            assert failing or kept in (None, state.to_json()), "published, and not saved"
         elif isinstance(effect, Halt):
             assert before is not None, "nothing to halt"
             self.halted = effect.token
@@ -219,6 +229,7 @@ class World:
         place, mode = old.state.position, old.state.mode
         new = Watched.__new__(Watched)
         new.running, new.to_end, new.ever, new.done = {}, set(), old.ever, old.done
+        new.messages = StateMessages("2.1.0")
         PureVehicle.__init__(new, kept=old.disk.kept, x=0.0 if place is None else place.x, obeys=False)
         if not old.disk.full:  # or else it is back where it was when there was room
             last = (old.visited or [None])[-1]

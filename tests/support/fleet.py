@@ -26,7 +26,7 @@ from woosh_pure.fleet.order.events import (
     StopAll,
     StopEnded,
 )
-from woosh_pure.fleet.order.state import OrderState
+from woosh_pure.fleet.order.state import OrderState, changed
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities
 from woosh_pure.fleet.persistent_order import PersistentOrder
 
@@ -128,14 +128,19 @@ class MemoryFile:
         self.full = False
         self.saves = 0
 
-    def load(self) -> dict[str, Any] | None:
-        return self.kept
+    def load(self) -> list[dict[str, Any]]:
+        return [] if self.kept is None else [self.kept]
 
     def save(self, data: dict[str, Any]) -> None:
         if self.full:
             raise OSError(28, "No space left on device")
         self.kept = json.loads(json.dumps(data))
         self.saves += 1
+
+    def add(self, change: dict[str, Any]) -> bool:
+        assert self.kept is not None
+        self.save(changed(self.kept, [json.loads(json.dumps(change))]))
+        return True
 
     def put_aside(self, why: str) -> None:
         raise AssertionError(why)

@@ -34,7 +34,7 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -126,12 +126,16 @@ class BrokerConnection:
         if self._client is None and not self._closing:
             self._start(self._module.MQTTv5)
 
-    def send(self, topic: str, message: dict[str, object], *, retain: bool = False, quality: int = 0) -> bool:
-        """Send a message; False if it was dropped, because the broker is not connected or does not read."""
+    def send(
+        self, topic: str, message: Mapping[str, object] | str, *, retain: bool = False, quality: int = 0
+    ) -> bool:
+        """Send a message, or its JSON text; False if it was dropped, because the broker is not connected or
+        does not read."""
         client = self._client
         if client is None or not self.connected.is_set():
             return False
-        payload = json.dumps(message, separators=(",", ":")).encode()
+        text = message if isinstance(message, str) else json.dumps(message, separators=(",", ":"))
+        payload = text.encode()
         with self._lock:
             has_room = self._has_room(len(payload))
             first = not has_room and not self._behind

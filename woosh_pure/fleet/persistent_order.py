@@ -23,7 +23,7 @@ from woosh_pure.fleet.order.events import (
     Restarted,
 )
 from woosh_pure.fleet.order.machine import step
-from woosh_pure.fleet.order.state import OrderState, first_state, read_state
+from woosh_pure.fleet.order.state import OrderState, changed, first_state, read_state
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
 
 if TYPE_CHECKING:
@@ -50,13 +50,14 @@ class PersistentOrder:
         self.state = first_state(limits)
         self.failing = self.unsaved = False
         self._store, self._name = store, name
+        self._saved: OrderState | None = None  # what was saved last
 
     def restore(self) -> list[Effect]:
         """Restore the saved state, before any other event; return the effects."""
-        kept = None if self._store is None else self._store.load()
-        if kept is not None and self._store is not None:
+        kept = [] if self._store is None else self._store.load()
+        if kept and self._store is not None:
             try:
-                self.state = read_state(kept, self.state.limits)
+                self.state = read_state(changed(kept[0], kept[1:]), self.state.limits)
             except (Invalid, KeyError, TypeError, ValueError, AttributeError) as error:
                 self._store.put_aside(f"{type(error).__name__}: {error}")
             else:
@@ -80,7 +81,9 @@ class PersistentOrder:
         publishes, begins = self.unsaved or effects.publishes, effects.begins
         if (self.unsaved or effects.saves) and not self.failing:
             problem = self._save(after)
-            if problem is not None:
+            if problem is None:
+                after = after._replace(actions_to_save=frozenset())
+            else:
                 self.failing = publishes = True
                 without, _ = step(before, DiskFailed(problem))
                 after, again = step(without, event)
@@ -93,6 +96,8 @@ class PersistentOrder:
     def write(self) -> list[Effect]:
         """Save the current state, if it was put off or the disk has failed; return the effects."""
         problem = self._save(self.state)
+        if problem is None:
+            self.state = self.state._replace(actions_to_save=frozenset())
         effects: list[Effect] = [PublishState()] if self.unsaved else []
         failed, self.failing, self.unsaved = self.failing, problem is not None, False
         if problem is not None and not failed:
@@ -107,7 +112,9 @@ class PersistentOrder:
         if self._store is None:
             return None
         try:
-            self._store.save(state.to_json())
+            if self._saved is None or not self._store.add(state.change_since(self._saved)):
+                self._store.save(state.to_json())
+            self._saved = state
             return None
         except OSError as error:
             text = (

@@ -4,17 +4,21 @@ the header of each.
 
 from __future__ import annotations
 
+import json
+import operator
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import compress
+from typing import Generic, TypeVar
 
 from rosproto.version import __version__
 from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages import elements, parsing
-from woosh_pure.fleet.messages.elements import Node
+from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.messages.parsing import timestamp
-from woosh_pure.fleet.order.action_states import BUILT_IN, SupportedAction
+from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, SupportedAction
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
@@ -52,6 +56,37 @@ class MessageHeaders:
 
 # -- state and visualization: from the order and the data of the chassis -------------------------------------
 
+T = TypeVar("T", Node, Edge, ActionState)
+
+
+def _json(data: Mapping[str, object]) -> str:
+    return json.dumps(data, separators=(",", ":"))
+
+
+class _Texts(Generic[T]):
+    """The JSON texts of a list, which differs little from one message to the next: elements of an order have
+    gone in front, or an action has changed. What was in the last message is not formatted again."""
+
+    def __init__(self, describe: Callable[[T], Mapping[str, object]]) -> None:
+        self._describe = describe
+        self._elements: tuple[T, ...] = ()
+        self._texts: list[str] = []
+
+    def of(self, elements: tuple[T, ...]) -> list[str]:
+        """The texts of the elements."""
+        before, texts = self._elements, self._texts
+        gone = len(before) - len(elements)
+        if gone >= 0 and before[gone:] == elements:
+            texts = texts[gone:]
+        elif gone == 0:
+            for n in compress(range(len(elements)), map(operator.is_not, before, elements)):
+                texts[n] = _json(self._describe(elements[n]))
+        else:
+            known = dict(zip(map(id, before), texts, strict=True))
+            texts = [known.get(id(each)) or _json(self._describe(each)) for each in elements]
+        self._elements, self._texts = elements, texts
+        return texts
+
 
 def _position_and_velocity(facts: ChassisFacts) -> dict[str, object]:
     """The fields agvPosition and velocity, as far as they are known."""
@@ -76,26 +111,51 @@ def _node_state(node: Node) -> dict[str, object]:
     return found
 
 
-def _edge_states(order: OrderState, facts: ChassisFacts) -> list[dict[str, object]]:
-    """The edges ahead. The current one has the path that the chassis has planned (6.10.1), as a NURBS of
-    degree 1: a line through its corners."""
-    found: list[dict[str, object]] = [
-        {"edgeId": edge.id, "sequenceId": edge.sequence, "released": edge.released} for edge in order.edges
-    ]
+def _edge_state(edge: Edge) -> dict[str, object]:
+    return {"edgeId": edge.id, "sequenceId": edge.sequence, "released": edge.released}
+
+
+def _trajectory(order: OrderState, facts: ChassisFacts) -> dict[str, object]:
+    """The field of the current edge with the path that the chassis has planned (6.10.1), as a NURBS of degree
+    1: a line through its corners."""
     drive, inner = order.drive, len(facts.path) - 1
-    if drive is not None and drive.edge is not None and facts.has_path_to(drive.node):
-        found[0]["trajectory"] = {
-            "degree": 1,
-            "knotVector": [0.0, *(round(n / inner, 6) for n in range(inner + 1)), 1.0],
-            "controlPoints": [{"x": round(x, 3), "y": round(y, 3)} for x, y in facts.path],
+    if drive is None or drive.edge is None or not facts.has_path_to(drive.node):
+        return {}
+    knots = [0.0, *(round(n / inner, 6) for n in range(inner + 1)), 1.0]
+    corners = [{"x": round(x, 3), "y": round(y, 3)} for x, y in facts.path]
+    return {"trajectory": {"degree": 1, "knotVector": knots, "controlPoints": corners}}
+
+
+class StateMessages:
+    """Makes the state messages of one vehicle. Not for several threads at a time.
+
+    Args:
+        version: Version of the protocol.
+    """
+
+    def __init__(self, version: str) -> None:
+        self._version = version
+        self._nodes, self._edges = _Texts(_node_state), _Texts(_edge_state)
+        self._actions = _Texts(ActionState.to_state)
+
+    def text(self, order: OrderState, facts: ChassisFacts, header: Mapping[str, object]) -> str:
+        """The next state message, as JSON."""
+        edges, trajectory = self._edges.of(order.edges), _trajectory(order, facts)
+        if trajectory:
+            edges = [_json(_edge_state(order.edges[0]) | trajectory), *edges[1:]]
+        lists = {
+            "nodeStates": self._nodes.of(order.nodes),
+            "edgeStates": edges,
+            "actionStates": self._actions.of(order.action_states.all),
         }
-    return found
+        listed = ",".join(f'"{key}":[{",".join(texts)}]' for key, texts in lists.items())
+        return f"{_json(_state_fields(order, facts, header, self._version))[:-1]},{listed}}}"
 
 
-def state_message(
-    order: OrderState, facts: ChassisFacts, header: dict[str, object], version: str
+def _state_fields(
+    order: OrderState, facts: ChassisFacts, header: Mapping[str, object], version: str
 ) -> dict[str, object]:
-    """The state message for a version of the standard."""
+    """The fields of the state message except the lists of nodes, edges and actions."""
     later = not version.startswith("2.0")
     faults = [
         Problem(ErrorType.CHASSIS, text, level=Level.FATAL if severe else Level.WARNING)
@@ -107,12 +167,9 @@ def state_message(
         "orderUpdateId": order.update,
         "lastNodeId": order.last_node,
         "lastNodeSequenceId": order.last_sequence,
-        "nodeStates": [_node_state(node) for node in order.nodes],
-        "edgeStates": _edge_states(order, facts),
         "driving": facts.moving or (facts.lost and facts.may_move),
         "paused": order.paused or order.held,
         "newBaseRequest": order.wants_base,
-        "actionStates": [record.to_state() for record in order.action_states],
         "batteryState": _battery(facts),
         "operatingMode": order.mode,
         "errors": [problem.to_json(hints=later) for problem in (*faults, *order.problems)],

@@ -1,12 +1,19 @@
 """What a vehicle keeps on disk: `Store` is the file of its order, with a lock; `Journal` has its reports.
 
-The order's file is JSON and always replaced as a whole. An open vehicle locks a file beside it, so that two
-processes cannot restore each other's orders; the system releases the lock when the process ends for any
-reason.
+The order's file has a JSON object in each line: a whole state, which replaces the file, and each change
+since, which is added. So an order is written once, and then its progress. A line is on the disk before its
+state is published and before anything of it begins. After a crash or a loss of power
+
+    the file ends within its last line    the state before it is restored: nothing of the last one has begun
+    another line is not a JSON object     the order is not known: the file is put aside, with a warning
+
+An open vehicle locks a file beside it, so that two processes cannot restore each other's orders; the system
+releases the lock when the process ends for any reason.
 """
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -24,6 +31,8 @@ from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.messages.parsing import timestamp
 
 _log = get_logger("woosh_pure.fleet.state_file")
+MIN_CHANGES = 64 << 10
+"""Bytes of changes after which the file is replaced, if they are more than the state before them."""
 _LOCK = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0)
 
 if sys.platform == "win32":
@@ -50,7 +59,7 @@ class StoreInUse(ChassisError, OSError):
 
 
 class Store:
-    """The file of one vehicle. What `save` has written survives kill -9 and a loss of power.
+    """The file of one vehicle. What `save` and `add` have written survives kill -9 and a loss of power.
 
     Args:
         folder: The file's folder; created if it does not exist.
@@ -60,7 +69,7 @@ class Store:
     def __init__(self, folder: Path, manufacturer: str, serial: str) -> None:
         name = re.sub(r"[^A-Za-z0-9_.-]", "_", f"{manufacturer}-{serial}")
         self.path = folder / f"{name}.json"
-        self._last = ""
+        self._state_bytes = self._file_bytes = 0  # of the file as this object has left it; 0 if it has not
         self._locked: int | None = None  # the open lock file
         self._to_lock = False
 
@@ -99,18 +108,23 @@ class Store:
             "give this one a serial number or a folder (--state) of its own"
         )
 
-    def load(self) -> dict[str, object] | None:
-        """Return the saved data; None if there is none. An unreadable file is renamed and logged."""
+    def load(self) -> list[dict[str, object]]:
+        """Return the saved state and the changes since; nothing if there is none. An unreadable file is
+        renamed and logged."""
         try:
-            text = self.path.read_text("utf-8")
+            lines = self.path.read_bytes().splitlines(keepends=True) or [b""]
         except FileNotFoundError:
-            return None
-        try:
-            found = json.loads(text)
-        except ValueError:
-            self.put_aside("it is not JSON")
-            return None
-        return found if isinstance(found, dict) else None
+            return []
+        found: list[dict[str, object]] = []
+        for number, line in enumerate(lines, 1):
+            try:
+                found.append(dict(json.loads(line)))
+            except (ValueError, TypeError):
+                if number == 1 or line.endswith(b"\n"):
+                    self.put_aside(f"line {number} is not a JSON object")
+                    return []
+                _log.info("= %s: the last change was not written to its end, and is left out", self.path)
+        return found
 
     def put_aside(self, why: str) -> None:
         """Rename an unusable file."""
@@ -119,18 +133,49 @@ class Store:
         replace_file(self.path, aside)
 
     def save(self, data: Mapping[str, object]) -> None:
-        """Replace the file if its content differs.
+        """Replace the file by a state.
 
         Raises:
             OSError: The disk is full, or the folder cannot be written.
         """
         if self._to_lock:
             self.lock()
-        text = json.dumps(data, separators=(",", ":"))
-        if text == self._last:
-            return
-        save_file(self.path, text.encode(), durable=True)
-        self._last = text
+        self._state_bytes = self._file_bytes = 0
+        line = _line(data)
+        save_file(self.path, line, durable=True)
+        self._state_bytes = self._file_bytes = len(line)
+
+    def add(self, change: Mapping[str, object]) -> bool:
+        """Add a change to the file, if there is one. False if a state is to be saved instead: there are many
+        changes, or the file is not as this object has left it.
+
+        Raises:
+            OSError: The disk is full, or the file cannot be written.
+        """
+        size, self._file_bytes = self._file_bytes, 0  # also if it fails: part of the line may be written
+        line = _line(change) if change else b""
+        if not size or size + len(line) > self._state_bytes + max(self._state_bytes, MIN_CHANGES):
+            return False
+        if line and not self._append(line, size):
+            return False
+        self._file_bytes = size + len(line)
+        return True
+
+    def _append(self, line: bytes, size: int) -> bool:
+        """Add a line to the file; False if that has not this size."""
+        if not self.path.exists():
+            return False
+        with open(self.path, "rb+", buffering=0) as file:
+            if file.seek(0, os.SEEK_END) != size:
+                return False
+            if file.write(line) != len(line):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self.path))
+            os.fsync(file.fileno())
+        return True
+
+
+def _line(data: Mapping[str, object]) -> bytes:
+    return json.dumps(data, separators=(",", ":")).encode() + b"\n"
 
 
 # -- the reports of logReport --------------------------------------------------------------------------------

@@ -44,8 +44,8 @@ from woosh_pure.fleet.order.vehicle_limits import AgvPosition, Capabilities, wit
 from woosh_pure.fleet.persistent_order import PersistentOrder
 from woosh_pure.fleet.published_messages import (
     MessageHeaders,
+    StateMessages,
     factsheet_message,
-    state_message,
     visualization_message,
 )
 from woosh_pure.fleet.state_file import Journal, Store, StoreInUse
@@ -114,6 +114,7 @@ class Vehicle:
         self._order = PersistentOrder(self.limits, store, config.prefix)
         self._store = store
         self._headers = MessageHeaders(config.version, config.manufacturer, config.serial)
+        self._states = StateMessages(config.version)
         self._connection = BrokerConnection(
             broker, config.prefix, self._headers.connection_message, self._on_message, self._on_connected
         )
@@ -521,13 +522,12 @@ class Vehicle:
         self._connection.revive()
         if not self.connected:
             return
-        state = self._order.state
-        message = state_message(state, self.facts, self._headers.header("state"), self.config.version)
-        self._connection.send("state", message)
+        state, header = self._order.state, self._headers.header("state")
+        self._connection.send("state", self._states.text(state, self.facts, header))
         if self._journal is not None:
-            actions = [f"{each.action.id} {each.status.value}" for each in state.action_states[-5:]]
+            actions = [f"{each.action.id} {each.status.value}" for each in state.action_states.all[-5:]]
             errors = [problem.kind for problem in state.problems]
-            self._journal.note(f"> state {message['headerId']}: at {state.last_node}, {actions}, {errors}")
+            self._journal.note(f"> state {header['headerId']}: at {state.last_node}, {actions}, {errors}")
 
     def _publish_factsheet(self) -> None:
         header, parameters = self._headers.header("factsheet"), self._monitor.parameters

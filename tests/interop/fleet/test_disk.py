@@ -25,16 +25,25 @@ def beep(task: Any) -> None:
 
 
 class Disk:
-    """The folder of a vehicle; `full` makes every write to it fail with the system's own words."""
+    """The folder of a vehicle; `full` makes every write to it fail with the system's own words.
+
+    Changes are added to a file, and states are written beside it: the file itself becomes one that takes nothing, too.
+    """
 
     def __init__(self, store: Store) -> None:
-        self.beside = Path(f"{store.path}.new")
+        self.path, self.beside = store.path, Path(f"{store.path}.new")
+        self.aside = store.path.with_suffix(".aside")
 
     def full(self) -> None:
         self.beside.symlink_to("/dev/full")
+        if self.path.exists():
+            self.path.rename(self.aside)
+            self.path.symlink_to("/dev/full")
 
     def free(self) -> None:
         self.beside.unlink()
+        if self.path.is_symlink():
+            self.aside.rename(self.path)
 
 
 @pytest.fixture

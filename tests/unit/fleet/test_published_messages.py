@@ -17,17 +17,24 @@ from woosh_pure.fleet.messages.parsing import read_order
 from woosh_pure.fleet.monitor import ChassisMonitor, operating_mode
 from woosh_pure.fleet.order.errors import Problem
 from woosh_pure.fleet.order.events import ProblemChanged
+from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.fleet.published_messages import (
     MessageHeaders,
+    StateMessages,
     factsheet_message,
-    state_message,
     visualization_message,
 )
 from woosh_pure.values import Parameters
 
 CONFIG = VehicleConfig(manufacturer="W", serial="1")
 HEADER = MessageHeaders("2.1.0", "Woosh", "1").header("state")
+
+
+def state_message(
+    order: OrderState, known: ChassisFacts, header: dict[str, object], version: str
+) -> dict[str, Any]:
+    return dict(json.loads(StateMessages(version).text(order, known, header)))
 
 
 def facts() -> ChassisFacts:

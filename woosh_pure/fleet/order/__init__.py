@@ -4,6 +4,6 @@ network."""
 from __future__ import annotations
 
 from woosh_pure.fleet.order.machine import step
-from woosh_pure.fleet.order.state import OrderState, first_state, read_state
+from woosh_pure.fleet.order.state import OrderState, changed, first_state, read_state
 
-__all__ = ["OrderState", "first_state", "read_state", "step"]
+__all__ = ["OrderState", "changed", "first_state", "read_state", "step"]

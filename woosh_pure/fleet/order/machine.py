@@ -34,14 +34,25 @@ from woosh_pure.fleet.order.rules import end_pauses, follow, reached
 from woosh_pure.fleet.order.state import OrderState
 from woosh_pure.fleet.order.tables import ActionStatus, Hold, Motion, MotionEvent
 from woosh_pure.fleet.order.transition import Transition
+from woosh_pure.fleet.order.vehicle_limits import AgvPosition, within_deviation
 
 
 def step(state: OrderState, event: Event) -> tuple[OrderState, Effects]:
     """Return the state after an event, and its effects."""
+    if isinstance(event, events.PositionMeasured) and _is_on_the_way(state, event.position):
+        return state._replace(position=event.position), Effects([], False, False, [])
     change = Transition(state)
     _EVENTS[type(event)](change, event)
     follow(change)
     return change.result()
+
+
+def _is_on_the_way(state: OrderState, position: AgvPosition | None) -> bool:
+    """Whether a position between two nodes was measured; no rule depends on it."""
+    before, drive = state.position, state.drive
+    if state.motion is not Motion.DRIVING or drive is None or before is None or position is None:
+        return False
+    return before.map_id == position.map_id and not within_deviation(position, drive.node, state.limits)
 
 
 # -- messages ------------------------------------------------------------------------------------------------

@@ -86,11 +86,9 @@ def _against_update(order: Order, state: OrderState) -> Iterator[Problem]:
     yield from _not_in_control(order, state)
     if len(state.nodes) + len(order.nodes) > MAX_AHEAD:
         yield _problem(order, ErrorType.ORDER, f"more than {MAX_AHEAD} nodes are ahead; send it later")
-    taken = {a.action.id for a in state.action_states} - {a.action.id for a in state.actions_of_horizon()}
+    taken = state.action_states.ids() - state.ids_of_horizon()
     yield from _unsupported(order, state.limits, taken, first=1)
-    stitching = [
-        a.action for a in state.action_states if a.scope is Scope.NODE and a.sequence == first.sequence
-    ]
+    stitching = [each.action for each in state.action_states.at(Scope.NODE, first.sequence)]
     yield from _unconnected_maps(order, stitching)
 
 

@@ -26,7 +26,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from woosh_pure.fleet.messages.elements import Node
-from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, may_begin
+from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, Scope, may_begin
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import Drive
 from woosh_pure.fleet.order.state import OrderState
@@ -87,7 +87,7 @@ def _end_order(change: Transition) -> bool:
     known = state.motion not in (Motion.UNKNOWN, Motion.STOPPING)
     if not (state.at_rest or (known and not state.cancels and not state.in_control)):
         return False
-    if any(each.of_order and not each.status.final for each in state.action_states):
+    if state.action_states.open_of_order:
         return False
     change.forget(ActionStatus.FINISHED)
     return True
@@ -95,8 +95,8 @@ def _end_order(change: Transition) -> bool:
 
 def end_pauses(change: Transition, status: ActionStatus) -> None:
     """End the running startPause actions: FINISHED when the vehicle stands, FAILED after stopPause."""
-    for each in change.state.action_states:
-        if each.action.type == "startPause" and each.status.begun:
+    for each in change.state.action_states.running:
+        if each.action.type == "startPause":
             change.set_action(each.action.id, status)
 
 
@@ -142,8 +142,8 @@ def goes_on_from(state: OrderState, node: Node) -> bool:
         return False
     if state.position is not None and on_other_map(state.position, state.nodes[1]):
         return False
-    sequences = (node.sequence, node.sequence + 1)
-    here = [a for a in state.action_states if a.of_order and a.sequence in sequences]
+    known = state.action_states
+    here = (*known.at(Scope.NODE, node.sequence), *known.at(Scope.EDGE, node.sequence + 1))
     return not any(each.stands_still for each in here)
 
 
@@ -177,7 +177,7 @@ def _begin_one(change: Transition, group: Sequence[ActionState]) -> bool:
     if not group:
         return False
     state, own = change.state, {id(each) for each in group}
-    others = [a for a in state.action_states if id(a) not in own and a.action.type not in BUILT_IN]
+    others = [a for a in state.action_states.running if id(a) not in own and a.action.type not in BUILT_IN]
     ready = may_begin(group, others, standing=state.at_rest)
     if not ready:
         return False

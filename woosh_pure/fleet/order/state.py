@@ -1,18 +1,18 @@
 """The state of the order machine as a frozen value, with the queries on it. Pure.
 
-Only `transition.py` makes changed states. The part that survives the process is `kept`, and `to_json` on
-disk.
+Only `transition.py` makes changed states. The part that survives the process is `kept`; on disk it is
+`to_json`, followed by `change_since` for each later state. So the disk gets an order once, then its progress.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.messages.parsing import read_edge, read_node
-from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, Scope, holds_driving
+from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, ActionStates, Scope, holds_driving
 from woosh_pure.fleet.order.errors import Problem, Problems
 from woosh_pure.fleet.order.events import Drive
 from woosh_pure.fleet.order.tables import PREVENTED_ACTIVITIES, Activity, Hold, Motion, OrderPhase
@@ -30,6 +30,7 @@ class OrderState(NamedTuple):
         order_id, update, last_node, last_sequence: As in the state message.
         nodes, edges: Those still to be traversed.
         action_states: States of order actions and instant actions, in the order of their arrival.
+        actions_to_save: Ids of the actions that have changed, come or gone since the state was saved.
         problems: The `errors` of the state message.
         phase: Phase of the order.
         cancels: Ids of the cancelOrder actions that wait for the end of the order.
@@ -53,7 +54,8 @@ class OrderState(NamedTuple):
     last_sequence: int = 0
     nodes: tuple[Node, ...] = ()
     edges: tuple[Edge, ...] = ()
-    action_states: tuple[ActionState, ...] = ()
+    action_states: ActionStates = ActionStates()
+    actions_to_save: frozenset[str] = frozenset()
     problems: Problems = Problems()
     phase: OrderPhase = OrderPhase.OPEN
     cancels: tuple[str, ...] = ()
@@ -74,9 +76,7 @@ class OrderState(NamedTuple):
     @property
     def executing(self) -> bool:
         """Whether an order runs, waits for an update, or is being cancelled (figure 8, 3)."""
-        if self.nodes or self.ending:
-            return True
-        return any(each.of_order and not each.status.final for each in self.action_states)
+        return bool(self.nodes) or self.ending or self.action_states.open_of_order > 0
 
     @property
     def ending(self) -> bool:
@@ -101,14 +101,16 @@ class OrderState(NamedTuple):
     @property
     def wants_base(self) -> bool:
         """`newBaseRequest`: there is a horizon, and at most one node of the base is ahead."""
-        released = sum(node.released for node in self.nodes)
-        return len(self.nodes) > released and released <= 1 and not self.ending
+        ahead = self.nodes  # nothing behind an unreleased node is released
+        return bool(ahead) and not (
+            ahead[-1].released or any(each.released for each in ahead[1:2]) or self.ending
+        )
 
     @property
     def decision_point(self) -> tuple[str, int]:
         """Id and sequence id of the last node of the base."""
-        base = [node for node in self.nodes if node.released]
-        return (base[-1].id, base[-1].sequence) if base else (self.last_node, self.last_sequence)
+        last = next((node for node in reversed(self.nodes) if node.released), None)
+        return (self.last_node, self.last_sequence) if last is None else (last.id, last.sequence)
 
     @property
     def in_control(self) -> bool:
@@ -118,11 +120,7 @@ class OrderState(NamedTuple):
     @property
     def kept(self) -> tuple[object, ...]:
         """The part that must survive the process: the state is saved when it changes."""
-        return (
-            self.order_id, self.update, self.last_node, self.last_sequence, self.nodes, self.edges,
-            self.action_states, self.problems.of_orders, self.phase, self.cancels, self.on_edge, self.paused,
-            self.may_be_moved,
-        )  # fmt: skip
+        return (*self._fields_kept().values(), self.nodes, self.edges, self.action_states)
 
     @property
     def shown(self) -> tuple[object, ...]:
@@ -135,27 +133,26 @@ class OrderState(NamedTuple):
 
     def action_state(self, action_id: str) -> ActionState | None:
         """The state of an action; None if the id is not known."""
-        return next((each for each in self.action_states if each.action.id == action_id), None)
+        return self.action_states.get(action_id)
 
-    def actions_of_horizon(self) -> list[ActionState]:
-        """The actions of nodes and edges that are not released."""
+    def ids_of_horizon(self) -> set[str]:
+        """Ids of the actions of nodes and edges that are not released."""
         elements: list[Node | Edge] = [*self.nodes, *self.edges]
-        ahead = {each.sequence for each in elements if not each.released}
-        return [each for each in self.action_states if each.of_order and each.sequence in ahead]
+        return {action.id for each in elements if not each.released for action in each.actions}
 
     def actions_here(self) -> list[ActionState]:
         """The actions of the last node and of the edge that was entered."""
-        places = {Scope.NODE: self.last_sequence}
-        if self.on_edge and self.nodes and self.has_edge_to(self.nodes[0]):
-            places[Scope.EDGE] = self.edges[0].sequence
-        found = [a for a in self.action_states if a.sequence == places.get(a.scope)]
-        # The first node of an order may have the sequence id of the last node of the order before.
-        ahead = {node.sequence for node in self.nodes} if found else ()
-        return [a for a in found if a.sequence not in ahead]
+        found, following = [], self.nodes[0] if self.nodes else None
+        # Before the first node of an order is reached, the last node is one of the order before.
+        if following is None or self.last_sequence < following.sequence:
+            found = self.action_states.at(Scope.NODE, self.last_sequence)
+        if self.on_edge and following is not None and self.has_edge_to(following):
+            found += self.action_states.at(Scope.EDGE, self.edges[0].sequence)
+        return found
 
     def instant_actions(self) -> list[ActionState]:
-        """Instant actions that are not built in."""
-        return [a for a in self.action_states if not a.of_order and a.action.type not in BUILT_IN]
+        """Instant actions that are not built in and have not ended."""
+        return [a for a in self.action_states.open_instant if a.action.type not in BUILT_IN]
 
     def moves(self, state: ActionState) -> bool:
         """Whether an action itself moves the robot."""
@@ -219,7 +216,7 @@ class OrderState(NamedTuple):
     @property
     def is_moved_by_action(self) -> bool:
         """Whether a running action moves the robot."""
-        return any(each.status.begun and self.moves(each) for each in self.action_states)
+        return any(self.moves(each) for each in self.action_states.running)
 
     @property
     def may_be_moved(self) -> bool:
@@ -229,24 +226,83 @@ class OrderState(NamedTuple):
     @property
     def waits_for_rest(self) -> bool:
         """Whether a cancel or pause only waits for the vehicle to be measured standing."""
-        waits = self.ending or any(
-            a.action.type == "startPause" and a.status.begun for a in self.action_states
-        )
+        waits = self.ending or any(a.action.type == "startPause" for a in self.action_states.running)
         return waits and self.drive is None and not self.standing
 
     # -- the disk --------------------------------------------------------------------------------------------
 
     def to_json(self) -> dict[str, object]:
         """The part that must survive the process, as a JSON object."""
+        fields = self._fields_kept()
+        fields["problems"] = [problem.to_json() for problem in self.problems.of_orders]
+        fields["nodes"] = [node.to_json() for node in self.nodes]
+        fields["edges"] = [edge.to_json() for edge in self.edges]
+        return {**fields, "records": [each.to_json() for each in self.action_states]}
+
+    def change_since(self, saved: OrderState) -> dict[str, object]:
+        """What has changed since an earlier state was saved, as a JSON object for `changed`. Its size is that
+        of the change, not that of the order."""
+        before = saved._fields_kept()
+        change = {key: value for key, value in self._fields_kept().items() if value != before[key]}
+        if "problems" in change:
+            change["problems"] = [problem.to_json() for problem in self.problems.of_orders]
+        if self.nodes is not saved.nodes:
+            change["nodes"] = _list_change(saved.nodes, self.nodes)
+        if self.edges is not saved.edges:
+            change["edges"] = _list_change(saved.edges, self.edges)
+        known, now = saved.action_states, self.action_states
+        gone = [name for name in sorted(self.actions_to_save) if known.get(name) and not now.get(name)]
+        if gone:
+            change["gone"] = gone
+        if self.actions_to_save:
+            change["records"] = [
+                (each.action.id, each.change_since(known.get(each.action.id)))
+                for each in now.in_order(self.actions_to_save)
+            ]
+        return change
+
+    def _fields_kept(self) -> dict[str, object]:
+        """The part that must survive the process, except nodes, edges and actions."""
         return {
             "orderId": self.order_id, "orderUpdateId": self.update, "lastNodeId": self.last_node,
-            "lastNodeSequenceId": self.last_sequence, "nodes": [node.to_json() for node in self.nodes],
-            "edges": [edge.to_json() for edge in self.edges],
-            "records": [each.to_json() for each in self.action_states],
-            "problems": [problem.to_json() for problem in self.problems.of_orders], "paused": self.paused,
-            "closed": self.phase is not OrderPhase.OPEN, "ending": self.ending, "cancels": list(self.cancels),
-            "driving": self.may_be_moved, "onEdge": self.on_edge,
+            "lastNodeSequenceId": self.last_sequence, "problems": self.problems.of_orders,
+            "paused": self.paused, "closed": self.phase is not OrderPhase.OPEN, "ending": self.ending,
+            "cancels": list(self.cancels), "driving": self.may_be_moved, "onEdge": self.on_edge,
         }  # fmt: skip
+
+
+def _list_change(before: Sequence[Node | Edge], after: Sequence[Node | Edge]) -> list[object]:
+    """How many were removed in front, how many follow that were kept, and what was added behind those."""
+    gone = next((n for n, each in enumerate(before) if after and each is after[0]), len(before))
+    kept = len(after) if before[gone:] == after else 0
+    while gone + kept < len(before) and kept < len(after) and before[gone + kept] is after[kept]:
+        kept += 1
+    return [gone, kept, [each.to_json() for each in after[kept:]]]
+
+
+def changed(saved: Mapping[str, Any], changes: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Apply the output of `change_since`, in its order, to the output of `to_json`.
+
+    Raises:
+        AttributeError, KeyError, TypeError, ValueError: One of them was not made by these methods.
+    """
+    data, records = dict(saved), {each["action"]["actionId"]: each for each in saved["records"]}
+    for change in changes:
+        fields = dict(change)
+        for key in ("nodes", "edges"):
+            if key in fields:
+                gone, kept, added = fields[key]
+                fields[key] = [*data[key][gone : gone + kept], *added]
+        for name in fields.pop("gone", ()):
+            del records[name]
+        for name, record in fields.pop("records", ()):
+            if "action" in record:
+                records.pop(name, None)  # another action with the id of one that is gone: the newest is last
+                records[name] = record
+            else:
+                records[name] = {**records[name], **record}
+        data.update(fields)
+    return {**data, "records": list(records.values())}
 
 
 def first_state(limits: Capabilities) -> OrderState:
@@ -272,7 +328,7 @@ def read_state(data: Mapping[str, Any], limits: Capabilities) -> OrderState:
         last_sequence=int(data["lastNodeSequenceId"]),
         nodes=tuple(read_node(raw, "nodes") for raw in data["nodes"]),
         edges=tuple(read_edge(raw, "edges") for raw in data["edges"]),
-        action_states=tuple(ActionState.from_json(raw) for raw in data["records"]),
+        action_states=ActionStates.of(ActionState.from_json(raw) for raw in data["records"]),
         problems=Problems(tuple(Problem.from_json(raw) for raw in data["problems"])),
         phase=OrderPhase.ENDING if data["ending"] else phase,
         cancels=tuple(data["cancels"]),

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from woosh_pure.fleet.messages.elements import Action, Edge, Node, Order
-from woosh_pure.fleet.order.action_states import ActionState, Scope, effective_blocking
+from woosh_pure.fleet.order.action_states import ActionState, ActionStates, Scope, effective_blocking
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.events import (
     BeginAction,
@@ -145,7 +145,6 @@ class Transition:
         self.update(
             phase=next_phase(self.state.phase, OrderEvent.TAKEN),
             problems=replace(self.state.problems, of_orders=()),
-            action_states=tuple(a for a in self.state.action_states if not a.of_order and not a.status.final),
             order_id=order.id,
             update=order.update,
             nodes=order.nodes,
@@ -154,6 +153,7 @@ class Transition:
             failures=0,
         )
         self.release(Hold.HELD, Hold.FAILED)
+        self._set_actions(self.state.action_states.open_instant)
         self._add_actions(order.nodes, order.edges)
         first = order.nodes[0]
         if first.position is None or within_deviation(self.state.position, first, self.state.limits):
@@ -162,32 +162,33 @@ class Transition:
 
     def extend(self, order: Order) -> None:
         """Accept an update, which replaces the horizon."""
-        state, gone = self.state, {id(each) for each in self.state.actions_of_horizon()}
+        state, gone = self.state, self.state.ids_of_horizon()
         self.update(
             problems=replace(state.problems, of_orders=()),
-            action_states=tuple(each for each in state.action_states if id(each) not in gone),
             nodes=(*(node for node in state.nodes if node.released), *order.nodes[1:]),
             edges=(*(edge for edge in state.edges if edge.released), *order.edges),
             update=order.update,
         )
+        self._set_actions(each for each in state.action_states if each.action.id not in gone)
         self._add_actions(order.nodes[1:], order.edges)
         self.publish()
 
     def traverse(self) -> None:
         """Reach the next node and leave the edge before it."""
         state = self.state
-        node = state.nodes[0]
+        node, left = state.nodes[0], state.edges[:1] if state.has_edge_to(state.nodes[0]) else ()
         self.update(
             nodes=state.nodes[1:],
-            edges=state.edges[1:] if state.has_edge_to(node) else state.edges,
+            edges=state.edges[len(left) :],
             last_node=node.id,
             last_sequence=node.sequence,
             on_edge=False,
             failures=0,
         )
-        for each in self.state.action_states:
-            if each.scope is Scope.EDGE and each.sequence < node.sequence and not each.status.final:
-                self._request_end(each, failed=False)
+        for edge in left:
+            for each in state.action_states.at(Scope.EDGE, edge.sequence):
+                if not each.status.final:
+                    self._request_end(each, failed=False)
 
     def give_up(self, cancel: str | None = None) -> None:
         """Cancel or clear the order: its actions are ended; `forget` follows when all have ended.
@@ -267,8 +268,7 @@ class Transition:
         """Add an instant action, WAITING."""
         supported = self.state.limits.actions.get(action.type)
         added = ActionState(action, Scope.INSTANT, 0, effective_blocking(action, supported))
-        self.update(action_states=(*self.state.action_states, added))
-        self._forget_old_actions()
+        self._set_actions((*self.state.action_states, added))
         return added
 
     def start_built_in(self, built_in: ActionState) -> None:
@@ -303,8 +303,8 @@ class Transition:
             (self._stops if failed else self._begins).append(EndAction(action.action.id))
 
     def _replace_action(self, new: ActionState) -> None:
-        states = self.state.action_states
-        self.update(action_states=tuple(new if e.action.id == new.action.id else e for e in states))
+        states = self.state.action_states.with_state(new)
+        self.update(action_states=states, actions_to_save=self.state.actions_to_save | {new.action.id})
 
     def _add_actions(self, nodes: Iterable[Node], edges: Iterable[Edge]) -> None:
         """Add states for the actions of new nodes and edges, in the order of their sequence ids."""
@@ -315,18 +315,18 @@ class Transition:
             for action in element.actions:
                 blocking = effective_blocking(action, self.state.limits.actions.get(action.type))
                 added.append(ActionState(action, scope, element.sequence, blocking))
-        self.update(action_states=(*self.state.action_states, *added))
-        self._forget_old_actions()
+        self._set_actions((*self.state.action_states, *added))
 
-    def _forget_old_actions(self) -> None:
-        """Limit the number of action states. Each state message has them all, so those of requests are
-        dropped early."""
-        states = self.state.action_states
+    def _set_actions(self, given: Iterable[ActionState]) -> None:
+        """Let actions come and go, and forget the oldest if there are too many. Each state message has them
+        all, so those of requests are dropped early."""
+        states = tuple(given)
         requests = [a for a in states if a.action.type in _REQUESTS and a.status.final]
         gone = {id(each) for each in requests[:-MAX_REQUESTS]}
         over = len(states) - len(gone) - MAX_ACTION_STATES
         if over > 0:
             old = [each for each in states if each.status.final and id(each) not in gone]
             gone |= {id(each) for each in old[:over]}
-        if gone:
-            self.update(action_states=tuple(each for each in states if id(each) not in gone))
+        known = ActionStates.of(each for each in states if id(each) not in gone)
+        moved = self.state.action_states.ids() ^ known.ids()
+        self.update(action_states=known, actions_to_save=self.state.actions_to_save | moved)
