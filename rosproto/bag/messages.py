@@ -8,7 +8,7 @@ from typing import NamedTuple
 from rosproto.bag.message_offsets import MESSAGE_HEAD
 from rosproto.bag.records import Connection
 from rosproto.bag.time_order import ChunkMessages
-from rosproto.codec import Message, decoder, define, message_class
+from rosproto.codec import AnyMsg, Message, decoder, define, message_class
 from rosproto.errors import BagError, DefinitionError
 from rosproto.msg import bundled
 from rosproto.time import Time
@@ -111,8 +111,24 @@ def message_class_of(connection: Connection) -> type[Message]:
         problem = error
     raise BagError(
         f"{connection.topic}: the bag has no usable definition of {connection.type} "
-        f"(md5sum {connection.md5sum}), and none is bundled; read it with raw=True"
+        f"(md5sum {connection.md5sum}), and none is bundled; its messages can be copied and played, not "
+        f"decoded: `rosproto bag filter --exclude {connection.topic} IN OUT` writes a bag without them"
     ) from problem
+
+
+def publishable_class_of(connection: Connection) -> type[Message]:
+    """The class under which a connection's messages are published as they are: with its type and md5sum.
+
+    It is that of `message_class_of`; if that does not exist or has another md5sum, one that is not decoded.
+    """
+    try:
+        found = message_class_of(connection)
+    except BagError:
+        found = AnyMsg
+    if found._md5sum == connection.md5sum:
+        return found
+    recorded = {"_type": connection.type, "_md5sum": connection.md5sum, "_full_text": connection.definition}
+    return type(AnyMsg)("AnyMsg", (AnyMsg,), {"__slots__": (), **recorded})
 
 
 def _bundled(connection: Connection) -> type[Message] | None:

@@ -460,8 +460,8 @@ class BagReader:
             raise problem
         if not self._skip:
             raise BagError(
-                f"the chunk at byte {info.pos} cannot be read: {problem}; BagReader(..., skip_damaged=True) "
-                "goes on without it, rosproto.bag.recover saves what can be saved",
+                f"the chunk at byte {info.pos} cannot be read: {problem}; `rosproto bag fix` saves what can "
+                "be saved, BagReader(..., skip_damaged=True) goes on without it",
                 path=self.path,
                 offset=info.pos,
             ) from problem

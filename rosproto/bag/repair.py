@@ -56,7 +56,7 @@ def reindex(path: File, *, scanning: Scanning | None = None) -> Report:
             there is no room for the index.
     """
     if isinstance(path, str) and is_remote(path):
-        raise BagError("a URL cannot be written to; rosproto.bag.recover makes a new bag from it", path=path)
+        raise BagError("a URL cannot be written to; `rosproto bag fix` makes a new bag from it", path=path)
     source = BagFile(path, scanning=scanning)
     try:
         found = open_index(source)
@@ -83,7 +83,7 @@ def _whole_chunks(found: BagIndex, path: File) -> list[ChunkInfo]:
     whole = [chunk for chunk in found.chunks if chunk.indexed and not chunk.partial]
     if found.resumed or whole != found.chunks[: len(whole)]:
         raise BagError(
-            f"damaged before its end ({'; '.join(found.damage)}); rosproto.bag.recover "
+            f"damaged before its end ({'; '.join(found.damage)}); `rosproto bag fix` "
             "writes what can be read into a new bag",
             path=_name(path),
         )

@@ -327,7 +327,7 @@ class BagWriter:
         if found.damage or not found.closed:
             raise BagError(
                 f"cannot append: {'; '.join(found.damage) or 'the bag has no index'}. Repair it first with "
-                "rosproto.bag.reindex",
+                "`rosproto bag reindex`",
                 path=self.path,
             )
         self._index = found

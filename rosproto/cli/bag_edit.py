@@ -11,13 +11,22 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 from rosproto.bag import BagReader, RawMessage, create_bag
-from rosproto.cli.bag_files import Compression, check_local, check_new, compression_of, opened, whole
+from rosproto.cli.bag_files import (
+    Compression,
+    check_local,
+    check_new,
+    compression_of,
+    left_out,
+    opened,
+    whole,
+)
 from rosproto.cli.bag_progress import Progress
 from rosproto.cli.console import counted
 from rosproto.cli.exit_codes import CommandError
-from rosproto.cli.expression import Expression
+from rosproto.cli.expression import Expression, ExpressionError
 from rosproto.cli.options import add_allow_damaged, add_compression, add_quiet, finite
-from rosproto.codec import decode
+from rosproto.codec import AnyMsg, decode
+from rosproto.errors import BagError
 from rosproto.files import replace_file
 from rosproto.text import human_bytes
 from rosproto.time import Time
@@ -98,26 +107,42 @@ def filter(arguments: argparse.Namespace) -> None:
         topics = wanted_topics(bag, arguments)
         start, end = span(bag, arguments)
         entries = bag.read_messages(topics, start, end, raw=True)
-        keep = None if rule is None and shown is None else _message_filter(bag, rule, shown)
+        keep = None if rule is None and shown is None else _message_filter(bag, rule, shown, arguments)
         total, quiet = bag.message_count, shown is not None  # printed text would break the progress line
         kept = write(arguments.output, entries, compression_of(arguments), total, keep, quiet=quiet)
     print(f"{arguments.output}: {kept} of {counted(bag.message_count, 'message')}")
 
 
 def _message_filter(
-    bag: BagReader, rule: Expression | None, shown: Expression | None
+    bag: BagReader, rule: Expression | None, shown: Expression | None, arguments: argparse.Namespace
 ) -> Callable[[str, RawMessage, Time], bool]:
-    """Return what evaluates the expressions on each decoded message; kept messages are written unchanged."""
+    """Return what evaluates the expressions on each decoded message; kept messages are written unchanged.
+
+    Messages without a usable definition have no fields. Where an expression asks for one, they are left out.
+    """
     classes: dict[int, type[Message]] = {}
+    problems: dict[int, str] = {}
+    reported: set[int] = set()
 
     def keep(topic: str, raw: RawMessage, stamp: Time) -> bool:
         number = raw.connection.id
         if number not in classes:
-            classes[number] = bag.message_class(raw.connection)
+            try:
+                classes[number] = bag.message_class(raw.connection)
+            except BagError as problem:
+                classes[number], problems[number] = AnyMsg, str(problem)
         message = decode(classes[number], raw.data)
-        wanted = rule is None or bool(rule(m=message, topic=topic, t=stamp))
-        if shown is not None:
-            print("MATCH" if wanted else "NO MATCH", shown(m=message, topic=topic, t=stamp))
+        try:
+            wanted = rule is None or bool(rule(m=message, topic=topic, t=stamp))
+            if shown is not None:
+                print("MATCH" if wanted else "NO MATCH", shown(m=message, topic=topic, t=stamp))
+        except ExpressionError:
+            if number not in problems:
+                raise
+            if number not in reported:
+                reported.add(number)
+                left_out(problems[number], arguments)
+            return False
         return wanted
 
     return keep

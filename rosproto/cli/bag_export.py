@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 from rosproto.bag import BagReader
 from rosproto.cli.bag_edit import add_span_arguments, span, wanted_topics, write
-from rosproto.cli.bag_files import MCAP_COMPRESSION, check_new, named, next_to, opened, whole
+from rosproto.cli.bag_files import MCAP_COMPRESSION, check_new, decodable, named, next_to, opened, whole
 from rosproto.cli.bag_progress import Progress
 from rosproto.cli.console import counted
 from rosproto.cli.exit_codes import CommandError
@@ -61,6 +61,8 @@ def export(arguments: argparse.Namespace) -> None:
     form = arguments.form or arguments.format
     with opened(arguments.bag, arguments, quiet=arguments.quiet) as bag:
         topics = wanted_topics(bag, arguments)
+        if form != "mcap":  # which takes the messages as they are
+            topics = decodable(bag, topics, arguments)
         for path in FORMS[form](bag, topics, arguments):
             if not arguments.quiet:
                 print(path)

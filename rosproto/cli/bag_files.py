@@ -53,6 +53,29 @@ def opened(
     return bag
 
 
+def decodable(bag: BagReader, topics: Sequence[str], arguments: argparse.Namespace) -> list[str]:
+    """Return the topics whose messages can be decoded; the others are reported on stderr as left out.
+
+    One of them does not stop the command, but it ends with `FAILED`, unless --allow-damaged is given.
+    """
+    found = []
+    for topic in topics:
+        try:
+            for connection in bag.topics[topic].connections:
+                bag.message_class(connection)
+        except BagError as problem:
+            left_out(str(problem), arguments)
+        else:
+            found.append(topic)
+    return found
+
+
+def left_out(problem: str, arguments: argparse.Namespace) -> None:
+    """Report messages that a command leaves out; its exit code tells it, unless --allow-damaged is given."""
+    arguments.incomplete = not arguments.allow_damaged
+    say(f"left out: {problem}")
+
+
 def damage_sentence(path: str, damage: Sequence[str]) -> str:
     """Describe a file's damage and its effect on the messages."""
     others = len(damage) - 1

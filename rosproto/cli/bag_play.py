@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from rosproto.cli.background_output import never_wait_for_stdout
-from rosproto.cli.bag_files import opened
+from rosproto.cli.bag_files import left_out, opened
 from rosproto.cli.bag_progress import Progress
 from rosproto.cli.console import counted, is_terminal
 from rosproto.cli.exit_codes import CommandError
@@ -116,6 +116,7 @@ def play(arguments: argparse.Namespace) -> None:
                 rate_control=_global(arguments.rate_control_topic) if arguments.rate_control_topic else None,
                 rate_control_delay=arguments.rate_control_max_delay,
                 on_tick=console,
+                on_left_out=lambda problem: left_out(problem, arguments),
             )
         )
         if arguments.wait_for_subscribers:

@@ -165,15 +165,19 @@ def _class_of(bag: BagReader, number: int, problems: list[str]) -> type[Message]
 
 
 def _notes(bag: BagReader) -> list[str]:
-    """Return notes without damage: bytes that are ignored, and definitions that differ from the present ones."""
+    """Return notes without damage: ignored bytes, and definitions that differ from the present ones."""
     notes = []
     if bag.trailing_bytes:
-        notes.append(f"{counted(bag.trailing_bytes, 'byte')} behind its index do not belong to it and are ignored")
+        notes.append(
+            f"{counted(bag.trailing_bytes, 'byte')} behind its index do not belong to it and are ignored"
+        )
+    usable = {c.type for c in bag.connections.values() if _class_of(bag, c.id, [])}
     for kind, md5sum in sorted({(c.type, c.md5sum) for c in bag.connections.values()}):
         try:
             present = bundled().md5sum(kind)
         except DefinitionError:
-            notes.append(f"{kind} is not bundled here; the definition in the bag is used")
+            if kind in usable:
+                notes.append(f"{kind} is not bundled here; the definition in the bag is used")
             continue
         if present != md5sum:
             notes.append(f"{kind} was recorded as another revision ({md5sum}, the bundled one is {present})")

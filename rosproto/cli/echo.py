@@ -124,7 +124,7 @@ def _silence(topics: list[str], subscribers: list[Subscriber], seconds: float) -
 
 
 def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
-    from rosproto.cli.bag_files import opened
+    from rosproto.cli.bag_files import decodable, opened
 
     with opened(arguments.bag, arguments) as bag:
         topics = sorted(bag.topics)
@@ -135,6 +135,9 @@ def _from_bag(arguments: argparse.Namespace, printer: _Printer) -> None:
                 f"{arguments.bag} has no topic {topic!r}{near(topic, topics)}; "
                 f"it has: {', '.join(topics) or 'none'}"
             )
+        wanted = decodable(bag, wanted, arguments)
+        if not wanted:
+            return
         for name, message, stamp in bag.read_messages(topics=printer.choose(wanted, path, topics)):
             printer.show(name, message, stamp)
             if printer.done:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, islice
 
 from rosproto.bag import BagReader, Connection
-from rosproto.bag.messages import message_class_of
+from rosproto.bag.messages import publishable_class_of
 from rosproto.coercion import as_float
 from rosproto.errors import BagError, LocalProtocolError, RosTimeout
 from rosproto.node import Node, Publisher
@@ -53,11 +53,13 @@ class Player:
             waits while it is more than `rate_control_delay` ahead.
         rate_control_delay: Seconds of bag time that playing may be ahead of `rate_control`.
         on_tick: Called from time to time while playing, paused or waiting.
+        on_left_out: Called with a sentence for each connection whose messages cannot be published because
+            its topic has another definition already; they are left out. None raises a BagError.
         pacer: For tests.
 
     Raises:
-        BagError: A topic is in none of the bags, a connection has no usable definition, or two connections
-            have different definitions for one topic.
+        BagError: A topic is in none of the bags, or two connections have different definitions for one topic
+            (see `on_left_out`).
         ValueError: An option is out of range.
 
     Attributes:
@@ -90,6 +92,7 @@ class Player:
         rate_control: str | None = None,
         rate_control_delay: float = 1.0,
         on_tick: Callable[[Player], object] | None = None,
+        on_left_out: Callable[[str], object] | None = None,
         pacer: Pacer | None = None,
     ) -> None:
         rate, delay, rate_control_delay = as_float(rate), as_float(delay), as_float(rate_control_delay)
@@ -124,7 +127,7 @@ class Player:
         self._pause_topics = frozenset(pause_topics)
         self.pause_on_topics = True
         self._clock = ClockOutput(node, clock_hz) if clock_hz else None
-        self._outputs = self._advertise(queue_size)
+        self._outputs = self._advertise(queue_size, on_left_out)
         self._control: RateControl | None = None
         if rate_control is not None:
             self._control = RateControl(node, rate_control, rate_control_delay, lambda: self.position_ns)
@@ -231,27 +234,37 @@ class Player:
 
     # -- before the first message ---------------------------------------------------------------------------
 
-    def _advertise(self, queue_size: int) -> dict[tuple[int, int], Publisher]:
+    def _advertise(
+        self, queue_size: int, on_left_out: Callable[[str], object] | None
+    ) -> dict[tuple[int, int], Publisher]:
         """One publisher for each recorded one, since each latches its own message (as on /tf_static)."""
         shared: dict[tuple[str, str, str], Publisher] = {}
         outputs: dict[tuple[int, int], Publisher] = {}
+        left_out: set[tuple[str, str, str]] = set()
         for number, connection in self.timeline.connections:
             key = (connection.topic, connection.callerid, connection.md5sum)
-            if key not in shared:
-                shared[key] = self._publisher(connection, queue_size)
-            outputs[number, connection.id] = shared[key]
+            if key not in shared and key not in left_out:
+                try:
+                    shared[key] = self._publisher(connection, queue_size)
+                except BagError as problem:
+                    if on_left_out is None:
+                        raise
+                    left_out.add(key)
+                    on_left_out(str(problem))
+            if key in shared:
+                outputs[number, connection.id] = shared[key]
         return outputs
 
     def _publisher(self, connection: Connection, queue_size: int) -> Publisher:
         topic = self._prefix + self._remap.get(connection.topic, connection.topic)
         try:
             return self._node.publisher(
-                topic, message_class_of(connection), latch=connection.latching, queue_size=queue_size
+                topic, publishable_class_of(connection), latch=connection.latching, queue_size=queue_size
             )
         except LocalProtocolError as problem:
             raise BagError(
-                f"{connection.topic} was recorded with different definitions, a node can publish one: choose "
-                f"topics, or play into another name ({problem})"
+                f"{connection.topic} was recorded with different definitions, and a node can publish one, "
+                f"not also {connection.type} (md5sum {connection.md5sum}): play those into another name"
             ) from problem
 
     # -- playing --------------------------------------------------------------------------------------------
@@ -284,8 +297,11 @@ class Player:
             self._clock.publish(self.position_ns)
 
     def _publish(self, entry: TimelineEntry) -> None:
+        publisher = self._outputs.get((entry.bag, entry.message.connection.id))
+        if publisher is None:
+            return  # left out
         try:
-            self._outputs[entry.bag, entry.message.connection.id].publish(entry.message.data)
+            publisher.publish(entry.message.data)
         except LocalProtocolError:
             if self._stop.is_set():
                 return  # closed by another thread at this moment

@@ -267,7 +267,8 @@ def test_bytes_behind_the_index_do_not_belong_to_the_bag(after: bytes, count: in
     sound = bag_bytes(entries(count))
     more = bag_bytes(entries(5)) if after == b"second bag" else after
     with read(sound + more) as bag:
-        assert bag.indexed and not bag.damage
+        assert bag.indexed
+        assert not bag.damage
         assert bag.trailing_bytes == len(more)
         assert plain(bag.read_messages(raw=True)) == plain(read(sound).read_messages(raw=True))
     file = io.BytesIO(sound + more)
@@ -285,5 +286,6 @@ def test_an_index_larger_than_one_read_is_read_whole(monkeypatch):
     for block in (1, 50, 700):
         monkeypatch.setattr(index_section, "_BLOCK", block)
         with read(data) as bag:
-            assert bag.indexed and len(bag) == 300
+            assert bag.indexed
+            assert len(bag) == 300
         assert not read(data[:-1]).indexed
