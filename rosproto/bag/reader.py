@@ -13,7 +13,7 @@ from rosproto.bag.bag_file import BagFile, BagLimits, Scanning, Unreachable, sys
 from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk, read_index_times
 from rosproto.bag.index_section import open_index
 from rosproto.bag.inputs import Stamp, to_ns
-from rosproto.bag.message_offsets import MessageTable
+from rosproto.bag.message_offsets import MESSAGE_HEAD, MessageLocation, MessageTable
 from rosproto.bag.messages import Decoders, RawMessage, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
 from rosproto.bag.time_order import Batch, ChunkMessages, ReadAhead, merged, overlapping, runs_of
@@ -80,6 +80,7 @@ class BagReader:
     """
 
     trailing_bytes: int = 0
+    _random: tuple[ChunkMessages, dict[int, MessageLocation]] | None = None
 
     def __init__(
         self,
@@ -235,6 +236,26 @@ class BagReader:
             return next(
                 raw_messages(run, self._known, False) if raw else decoded_messages(run, self._decoders)
             )
+
+    def message_from(self, position: tuple[int, int]) -> tuple[str, RawMessage, Time]:
+        """The message at a `RawMessage.position`, not decoded; the chunk read last is kept for the next call.
+
+        Raises:
+            BagError: There is no message, or its chunk is damaged.
+        """
+        pos, offset = position
+        with system_errors(self.path):
+            self._source.check_open()
+            if self._random is None or self._random[0].info.pos != pos:
+                info = next((chunk for chunk in self.chunks if chunk.pos == pos), None)
+                run = info and self._run(info, partial(self._read_chunk, info), self.connections, None, None)
+                if not run:
+                    raise self._source.error("no readable chunk is here", pos)
+                self._random = run, {place[3] - run.base - MESSAGE_HEAD: place for place in run.places}
+            run, places = self._random
+            if offset not in places:
+                raise self._source.error(f"no message is at byte {offset} of the chunk here", pos)
+            return next(raw_messages(run._replace(places=(places[offset],)), self._known, False))
 
     def times(self, topic: str, *, step: Callable[[], None] | None = None) -> NDArray[np.int64]:
         """Receive times of a topic's messages, ns, sorted, (N,) int64; reads index records, not messages.

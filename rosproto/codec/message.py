@@ -44,7 +44,7 @@ class MessageMeta(type):
     _fill: Callable[[object], None]
     _names: frozenset[str]
 
-    def __call__(cls, *args: object, **kwargs: object) -> Any:
+    def __call__(cls, /, *args: object, **kwargs: object) -> Any:
         self: Any = object.__new__(cls)  # type: ignore[arg-type]
         if cls.__init__ is not object.__init__:  # type: ignore[misc]
             cls._fill(self)

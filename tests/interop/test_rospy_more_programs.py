@@ -88,6 +88,7 @@ CASES: dict[str, dict[str, Any]] = {
     "graph_tools.py": {},
     "unit_tests.py": {},
     "walked_values.py": {},
+    "bag_private.py": {},
     "bag_told.py": {},
     "bag_repair.py": {},
     "fields.py": {},

@@ -212,7 +212,7 @@ def test_reindex_refuses_damage_in_the_middle_and_recover_saves_the_rest(tmp_pat
     third = read(data).chunks[2].pos
     path, saved = tmp_path / "bad.bag", tmp_path / "saved.bag"
     path.write_bytes(data[: third + 20] + b"\xff" * 50 + data[third + 20 :])
-    with pytest.raises(BagError, match="recover"):
+    with pytest.raises(BagError, match="rosproto bag fix"):
         reindex(path)
     report = recover(path, saved, compression="bz2")
     assert report.damage

@@ -13,11 +13,13 @@ from importlib import import_module
 
 from rosproto.codec import Message as CodecMessage
 from rosproto.codec import ValueStyle, message_class
+from rosproto.codec.classes import restore
 from rosproto.codec.layout import attribute_name
 from rosproto.codec.message import MessageMeta
 from rosproto.codec.text import double_quoted, list_item
 from rosproto.codec.value_style import value_style_named
 from rosproto.errors import CodecError
+from rosproto.rospy.finder import library
 
 from ._values import (
     DeserializationError,
@@ -92,6 +94,10 @@ def _assign(self, slots, args, kwds):
             setattr(self, name, value)
 
 
+def _definition(message):
+    return getattr(message, "_type", None), getattr(message, "_md5sum", None)
+
+
 class _Checked:
     """What both kinds of messages share."""
 
@@ -111,7 +117,8 @@ class _Checked:
         return strify_message(self)
 
     def __eq__(self, other):
-        if not isinstance(other, self.__class__):
+        # Two classes of one definition may exist: parts of messages of a bag, and of what was pickled.
+        if not isinstance(other, self.__class__) and _definition(other) != _definition(self):
             return False
         for name in self.__slots__:
             try:
@@ -190,7 +197,7 @@ class _RosMeta(MessageMeta):
         kind = type(instance)
         return issubclass(kind, cls) or getattr(kind, "_tuple_class", None) is cls
 
-    def __call__(cls, *args, **kwds):
+    def __call__(cls, /, *args, **kwds):
         self = object.__new__(cls)
         init = cls.__init__
         if init is not RosMessage.__init__:  # a program's own subclass
@@ -245,7 +252,20 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
         _Checked.__setstate__(self, state)
         self._connection_header = None
 
-    __reduce__ = object.__reduce__  # pickled by the name of the class, as genpy's are
+    def __reduce_ex__(self, protocol):
+        """By the name of the class, as genpy's; a class of a bag's definition by that definition."""
+        binding = self._binding
+        if type(self) is binding.cls and binding.library is not library():
+            found = self._type, self._md5sum, self._full_text, binding.value_style.name
+            return _restored, found, self.__getstate__()
+        return object.__reduce_ex__(self, protocol)
+
+    __reduce__ = object.__reduce__  # which object.__reduce_ex__ takes for not overridden
+
+
+def _restored(type_, md5sum, full_text, style):
+    """An empty message of a definition, which pickle fills. Importing this module makes the styles known."""
+    return restore(type_, md5sum, full_text, style)
 
 
 def _style(name, views):

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 import genpy
 from genpy.message import encode_message
+from roslib.names import canonicalize_name
 from rospy.rostime import Time
 
 from rosproto.bag import BagReader, BagWriter, Connection, reindex
@@ -75,6 +76,14 @@ BagMessageWithConnectionHeader = namedtuple(
 _TopicTuple = namedtuple("TopicTuple", "msg_type message_count connections frequency")
 _TypesAndTopicsTuple = namedtuple("TypesAndTopicsTuple", "msg_types topics")
 _CompressionTuple = namedtuple("CompressionTuple", "compression uncompressed compressed")
+_OTHER_MD5SUM = (
+    "WARNING: For type [%s] stored md5sum [%s] does not match message definition [%s].\n"
+    '  Try: "rosrun rosbag fix_msg_defs.py old_bag new_bag."'
+)
+_INVALID_DEFINITION = (
+    "WARNING: For type [%s] stored md5sum [%s] has invalid message definition: %s. "
+    + "Its messages have no fields."
+)
 _ALLOWED = (Compression.NONE, Compression.BZ2, Compression.LZ4)
 
 
@@ -88,13 +97,38 @@ def _check_threshold(threshold):
         raise ValueError("chunk_threshold must be greater than or equal to zero")
 
 
+class _ConnectionInfo:
+    """A connection, as programs find it in `Bag._connections`."""
+
+    def __init__(self, connection):
+        self.id, self.topic, self.datatype = connection.id, connection.topic, connection.type
+        self.md5sum, self.msg_def = connection.md5sum, connection.definition
+        self.header = {key: value.encode() for key, value in connection.header.items()}
+
+
+class _ChunkInfo:
+    """A chunk, as programs find it in `Bag._chunks`."""
+
+    def __init__(self, chunk):
+        self.pos, self.connection_counts = chunk.pos, chunk.counts
+        self.start_time, self.end_time = (Time(*divmod(ns, 10**9)) for ns in (chunk.start, chunk.end))
+
+
+class _IndexEntry(namedtuple("_IndexEntry", "time chunk_pos offset")):
+    """Where a message is; sorted by time."""
+
+    @property
+    def position(self):
+        """For `Bag._read_message`."""
+        return (self.chunk_pos, self.offset)
+
+
 class Bag:
     """A bag file, opened for reading ("r"), writing ("w") or appending ("a").
 
-    Attributes:
-        filename: Path, None for a stream.
-        version: Version of the format: 200 for 2.0.
-        mode: "r", "w" or "a".
+    Programs use these private names of rosbag's: `_filename`, `_connections`, `_chunks`,
+    `_connection_indexes`, `_get_connections`, `_get_entries`, `_read_message`, `_uncompressed_size`,
+    `_get_yaml_info`. The others belong to rosbag's own way to read a file.
     """
 
     def __init__(
@@ -119,28 +153,28 @@ class Bag:
         if mode not in ("r", "w", "a"):
             raise ValueError('mode "%s" is invalid' % mode)
         self._compression, self._chunk_threshold = compression, chunk_threshold
-        self._file, self.mode = f, mode
-        self.filename = None if isinstance(f, io.IOBase) else f
-        self._reader = self._writer = None
-        self._connections = {}
+        self._given, self._mode = f, mode
+        self._filename = None if isinstance(f, io.IOBase) else f
+        self._source = self._writer = None
+        self._outgoing = {}
         self._classes = {}
         self._closed = False
-        self.version = 200
+        self._version = 200
         # An existing empty file is refused, as by rosbag.
-        if mode == "w" or (mode == "a" and self.filename is not None and not os.path.exists(self.filename)):
+        if mode == "w" or (mode == "a" and self._filename is not None and not os.path.exists(self._filename)):
             self._writer = self._writing()
             return
-        self.version = self._read_version()
-        if mode == "a" and self.version != 200:
-            raise ROSBagException("bag version %d is unsupported for appending" % self.version)
-        if self.version > 299:
-            raise ROSBagException("unknown bag version %d" % self.version)
+        self._version = self._read_version()
+        if mode == "a" and self._version != 200:
+            raise ROSBagException("bag version %d is unsupported for appending" % self._version)
+        if self._version > 299:
+            raise ROSBagException("unknown bag version %d" % self._version)
         with rosbag_errors():
-            self._reader = BagReader(self._file)
-        if not allow_unindexed and not self._reader.indexed:
-            self._reader.close()
+            self._source = BagReader(self._given)
+        if not allow_unindexed and not self._source.indexed:
+            self._source.close()
             raise ROSBagUnindexedException
-        if mode == "a" and self._reader.indexed:
+        if mode == "a" and self._source.indexed:
             self._append()
 
     def _read_version(self):
@@ -149,10 +183,10 @@ class Bag:
         Raises:
             ROSBagException: There is none.
         """
-        if self.filename is None:
-            line = self._file.readline()
+        if self._filename is None:
+            line = self._given.readline()
         else:
-            with open(self.filename, "rb") as file:
+            with open(self._filename, "rb") as file:
                 line = file.readline(256)
         if not line:
             raise ROSBagException("empty file")
@@ -163,13 +197,19 @@ class Bag:
 
     def _writing(self, append=False):
         with rosbag_errors():
-            return BagWriter(self._file, self._compression, max(1, self._chunk_threshold), append=append)
+            return BagWriter(self._given, self._compression, max(1, self._chunk_threshold), append=append)
 
     def _append(self):
         """Continue after the reader's last chunk."""
-        self._connections = {one.topic: one for one in self._reader.connections.values()}
-        self._reader.close()
+        self._outgoing = {one.topic: one for one in self._source.connections.values()}
+        self._source.close()
         self._writer = self._writing(append=True)
+
+    def __getattr__(self, name):
+        text = "rosbag.Bag has no attribute %r here" % name
+        if name.startswith("_"):
+            text += "; messages are read with read_messages, _get_entries and _read_message"
+        raise AttributeError(text, name=name)
 
     def __iter__(self):
         return self.read_messages()
@@ -183,6 +223,21 @@ class Bag:
     # -- properties -----------------------------------------------------------------------------------------
 
     @property
+    def filename(self):
+        """Path, None for a stream."""
+        return self._filename
+
+    @property
+    def version(self):
+        """Version of the format: 200 for 2.0."""
+        return self._version
+
+    @property
+    def mode(self):
+        """One of "r", "w" and "a"."""
+        return self._mode
+
+    @property
     def options(self):
         """Compression and chunk threshold."""
         return {"compression": self._compression, "chunk_threshold": self._chunk_threshold}
@@ -193,13 +248,13 @@ class Bag:
         self._require_open()
         if self._writer is not None:
             return self._writer.size
-        if self.filename is None:
-            position = self._file.tell()
+        if self._filename is None:
+            position = self._given.tell()
             try:
-                return self._file.seek(0, os.SEEK_END)
+                return self._given.seek(0, os.SEEK_END)
             finally:
-                self._file.seek(position)
-        return os.path.getsize(self.filename)
+                self._given.seek(position)
+        return os.path.getsize(self._filename)
 
     @property
     def compression(self):
@@ -238,13 +293,13 @@ class Bag:
         """A reader of everything in the file so far."""
         self._require_open()
         if self._writer is None:
-            return self._reader
+            return self._source
         with rosbag_errors():
             self._writer.flush()
-            if self._reader is not None:
-                self._reader.close()
-            self._reader = BagReader(self._file)
-        return self._reader
+            if self._source is not None:
+                self._source.close()
+            self._source = BagReader(self._given)
+        return self._source
 
     def read_messages(
         self,
@@ -275,28 +330,102 @@ class Bag:
             for topic, message, stamp in reader.read_messages(
                 topics or None, start_time, end_time, raw=True, connections=connections
             ):
-                cls = self._class(message.connection)
-                if raw:
-                    value = (message.type, message.data, message.md5sum, message.position, cls)
-                else:
-                    value = cls().deserialize(message.data)
-                stamp = Time(stamp.secs, stamp.nsecs)
-                if with_header:
-                    header = {key: value.encode() for key, value in message.connection.header.items()}
-                    yield BagMessageWithConnectionHeader(topic, value, stamp, header)
-                else:
-                    yield BagMessage(topic, value, stamp)
+                yield self._as_tuple(topic, message, stamp, raw, with_header)
+
+    def _as_tuple(self, topic, message, stamp, raw, with_header):
+        cls = self._class(message.connection)
+        if raw:
+            value = (message.type, message.data, message.md5sum, message.position, cls)
+        else:
+            value = cls().deserialize(message.data)
+        stamp = Time(stamp.secs, stamp.nsecs)
+        if with_header:
+            header = {key: value.encode() for key, value in message.connection.header.items()}
+            return BagMessageWithConnectionHeader(topic, value, stamp, header)
+        return BagMessage(topic, value, stamp)
 
     def _class(self, connection):
-        """The class made from the bag's own definition."""
-        key = connection.type, connection.md5sum
+        """The class made from the bag's own definition; one without fields if that is not usable."""
+        key = connection.type, connection.md5sum, connection.definition
         found = self._classes.get(key)
         if found is None:
             from genpy.dynamic import generate_dynamic
 
-            made = generate_dynamic(connection.type, connection.definition)
+            try:
+                made = generate_dynamic(connection.type, connection.definition)
+                if made[connection.type]._md5sum != connection.md5sum:
+                    print(_OTHER_MD5SUM % (*key[:2], made[connection.type]._md5sum), file=sys.stderr)
+            except genpy.MessageException as error:
+                made = generate_dynamic(connection.type, "")
+                print(_INVALID_DEFINITION % (*key[:2], error), file=sys.stderr)
             found = self._classes[key] = made[connection.type]
         return found
+
+    # -- private names that programs use --------------------------------------------------------------------
+
+    @property
+    def _connections(self):
+        return {number: _ConnectionInfo(one) for number, one in self._readable().connections.items()}
+
+    @property
+    def _chunks(self):
+        return [_ChunkInfo(chunk) for chunk in self._readable().chunks]
+
+    @property
+    def _uncompressed_size(self):
+        return sum(one.plain_bytes for one in self._readable().compression().values()) or self.size
+
+    def _get_connections(self, topics=None, connection_filter=None):
+        """Connections of some topics, or that a filter accepts."""
+        names = {canonicalize_name(name) for name in ([topics] if isinstance(topics, str) else topics or ())}
+        for one in self._connections.values():
+            if names and one.topic not in names and canonicalize_name(one.topic) not in names:
+                continue
+            if connection_filter is None or connection_filter(
+                one.topic, one.datatype, one.md5sum, one.msg_def, one.header
+            ):
+                yield one
+
+    def _get_entries(self, connections=None, start_time=None, end_time=None):
+        """Where the messages are, by the time they were received."""
+        return (entry for _, entry in self._located(connections, start_time, end_time))
+
+    def _located(self, connections=None, start_time=None, end_time=None):
+        reader = self._readable()
+        wanted = None if connections is None else [reader.connections[one.id] for one in connections]
+        with rosbag_errors():
+            for _, message, stamp in reader.read_messages(
+                None, start_time, end_time, raw="view", connections=wanted
+            ):
+                yield message.connection.id, _IndexEntry(Time(stamp.secs, stamp.nsecs), *message.position)
+
+    @property
+    def _connection_indexes(self):
+        found = {}
+        for number, entry in self._located():
+            found.setdefault(number, []).append(entry)
+        return found
+
+    def _read_message(self, position, raw=False, return_connection_header=False):
+        """The message at the position of an entry."""
+        with rosbag_errors():
+            topic, message, stamp = self._readable().message_from(position)
+        return self._as_tuple(topic, message, stamp, raw, return_connection_header)
+
+    def set_encryptor(self, encryptor=None, param=None):
+        """Refuse encryption; everything else is no encryption, as in rosbag.
+
+        Raises:
+            ROSBagException: Chunks were written already.
+            ROSBagEncryptNotSupportedException: Encryption was asked for.
+        """
+        if self._chunks:
+            raise ROSBagException("Cannot set encryptor after chunks are written")
+        if encryptor == "rosbag/AesCbcEncryptor":
+            raise ROSBagEncryptNotSupportedException(
+                "%s is not supported here: write the bag plain, and encrypt it where ROS is installed: "
+                "rosbag encrypt" % encryptor
+            )
 
     # -- facts ----------------------------------------------------------------------------------------------
 
@@ -304,8 +433,8 @@ class Bag:
     def _reader_of_facts(self):
         """Return a reader of the bag, which is opened again if it is closed."""
         with rosbag_errors():
-            if self._closed and self.filename is not None:
-                with BagReader(self.filename) as reader:
+            if self._closed and self._filename is not None:
+                with BagReader(self._filename) as reader:
                     yield reader
             else:
                 yield self._readable()
@@ -395,7 +524,7 @@ class Bag:
             raise ValueError("topic is invalid")
         if not msg:
             raise ValueError("msg is invalid")
-        if self.mode == "r":
+        if self._mode == "r":
             raise io.UnsupportedOperation("write")
         if t is None:
             t = genpy.Time.from_sec(time.time())
@@ -405,9 +534,9 @@ class Bag:
             cls = msg.__class__
             type_, md5sum = cls._type, cls._md5sum
             data = encode_message(msg)
-        connection = self._connections.get(topic)
+        connection = self._outgoing.get(topic)
         if connection is None:
-            connection = self._connections[topic] = self._connection(
+            connection = self._outgoing[topic] = self._connection(
                 topic, type_, md5sum, cls, connection_header
             )
         self._mend()
@@ -461,7 +590,7 @@ class Bag:
         return self._reindexed()
 
     def _reindexed(self):
-        if self.mode == "a":
+        if self._mode == "a":
             self._mend()
         for chunk in self._readable().chunks:
             yield chunk.pos
@@ -469,10 +598,10 @@ class Bag:
     def _mend(self):
         """Write the table of contents of an unindexed bag that is to be continued."""
         if self._writer is None:
-            self._reader.close()
+            self._source.close()
             with rosbag_errors():
-                reindex(self._file)
-                self._reader = BagReader(self._file)
+                reindex(self._given)
+                self._source = BagReader(self._given)
             self._append()
 
     def close(self):
@@ -483,5 +612,5 @@ class Bag:
         if self._writer is not None:
             with rosbag_errors():
                 self._writer.close()
-        if self._reader is not None:
-            self._reader.close()
+        if self._source is not None:
+            self._source.close()
