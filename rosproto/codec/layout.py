@@ -12,7 +12,7 @@ from collections.abc import Container
 from struct import calcsize
 
 from rosproto.errors import DefinitionError
-from rosproto.msg import DefinitionLibrary
+from rosproto.msg import DefinitionLibrary, DefinitionLimits
 from rosproto.msg.parser import INTEGER_RANGES
 from rosproto.msg.spec import Field, MessageSpec
 
@@ -39,7 +39,7 @@ DTYPES = {name: dtype for name, (_, dtype) in _NUMBERS.items()}
 RANGES_BY_CODE = {"?": (0, 255), **{FORMATS[kind]: bounds for kind, bounds in INTEGER_RANGES.items()}}
 """Least and greatest integer; a bool may be any octet, as in genpy."""
 
-MAX_DEPTH = 64
+MAX_DEPTH = DefinitionLimits().nesting
 MAX_OBJECTS = 1 << 16
 """Maximum number of values in one message with empty variable-length arrays."""
 MAX_FIXED_BYTES = 1 << 26
@@ -197,7 +197,7 @@ def _resolve(
         raise DefinitionError(
             f"{' contains '.join(path)}: a message cannot contain itself; use an array index or id"
         )
-    if len(path) > MAX_DEPTH:
+    if len(outer) > MAX_DEPTH:
         raise DefinitionError(f"{path[0]}: more than {MAX_DEPTH} messages inside one another")
     fields: list[FieldLayout] = []
     seen: set[str] = set()

@@ -34,7 +34,8 @@ class DefinitionLimits(NamedTuple):
         types: Types defined in it.
         fields: Fields, and constants, of one type.
         name_length: Characters of a type, field or constant name.
-        nesting: Depth of nested messages; 10 in moveit. Generated loops nest as deep, and Python allows 20.
+        nesting: Depth of nested messages; 10 in moveit. The codec takes no more than the default: Python
+            allows about 1000 calls inside one another, and copying a message takes several for each level.
         flattened_fields: Builtin fields, including those of nested messages; an array counts once.
         array_length: N of one `T[N]`.
         default_objects: Python objects in a message with default values: nested messages, strings and times,
@@ -46,7 +47,7 @@ class DefinitionLimits(NamedTuple):
     types: int = 1000
     fields: int = 4096
     name_length: int = 255
-    nesting: int = 16
+    nesting: int = 64
     flattened_fields: int = 16384
     array_length: int = 1 << 26
     default_objects: int = 1 << 16

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+
 import pytest
 
 from rosproto.codec import AnyMsg, Message, decode, define, encode, message_class, service_class
-from rosproto.errors import DefinitionError
-from rosproto.msg import Field, FieldType, MessageSpec, bundled
+from rosproto.errors import CodecError, DefinitionError
+from rosproto.msg import DefinitionLibrary, Field, FieldType, MessageSpec, bundled
+from rosproto.msg.parser import parse_message
 
 SEPARATOR = "\n" + "=" * 80 + "\nMSG: "
 
@@ -107,6 +111,33 @@ def test_a_definition_that_doubles_itself_is_refused() -> None:
     parts = [f"T{i + 1} a\nT{i + 1} b" + SEPARATOR + f"a/T{i + 1}\n" for i in range(30)]
     with pytest.raises(DefinitionError):
         define("a/T0", "".join(parts) + "int8 x")
+
+
+def nested(depth: int, kind: str) -> str:
+    parts = "".join(f"T{i}{kind} a" + SEPARATOR + f"a/T{i}\n" for i in range(1, depth + 1))
+    return parts + "float64 x\nstring y"
+
+
+@pytest.mark.parametrize("kind", ["", "[]"])
+@pytest.mark.parametrize("value_style", ["numpy", "rospy"])
+def test_sixty_four_messages_inside_one_another(kind: str, value_style: str) -> None:
+    """Encoded, decoded, compared, shown, copied, pickled; one more is refused, of a peer and of one's own."""
+    cls = define("a/T0", nested(64, kind), value_style=value_style)
+    octets = (b"\1\0\0\0" if kind else b"") * 64 + b"\0" * 8 + b"\1\0\0\0" + b"!"
+    message = decode(cls, octets)
+    assert encode(message) == octets
+    assert "!" in str(message)
+    assert message == copy.deepcopy(message) == pickle.loads(pickle.dumps(message)) == decode(cls, octets)
+    with pytest.raises(CodecError, match=r"\.y: a string of 1 bytes"):
+        decode(cls, octets[:-1])
+    with pytest.raises(DefinitionError, match="nesting is 65, at most 64"):
+        define("a/T0", nested(65, kind))
+    own = DefinitionLibrary()
+    for i, body in enumerate(nested(65, kind).split(SEPARATOR)):
+        own.add(parse_message(body.partition("\n")[2] if i else body, f"a/T{i}"))
+    assert message_class("a/T1", own)().__slots__ == ["a"]
+    with pytest.raises(DefinitionError, match="more than 64 messages inside one another"):
+        message_class("a/T0", own)()
 
 
 def test_two_libraries_have_two_classes() -> None:

@@ -316,7 +316,7 @@ class TestLimits:
             ("fields", "\n".join(f"int8 F{n}=1" for n in range(4097))),
             ("name_length", f"int8 {'a' * 256}"),
             ("name_length", f"int8 {'A' * 256}=1"),
-            ("nesting", chain(17, "{} x")),
+            ("nesting", chain(65, "{} x")),
             ("nesting", chain(900, "{}[] x")),
             ("array_length", f"float64[{1 << 26}1] a"),
             ("array_length", "int8[99999999999999999999] a"),
@@ -348,12 +348,12 @@ class TestLimits:
         assert len(library_from_full_text("p/T0", text).message("p/T0").fields) == 2
 
     def test_a_limit_can_be_raised(self) -> None:
-        text = chain(17, "{} x")
-        learned = library_from_full_text("p/T0", text, limits=DefinitionLimits(nesting=17))
-        assert len(learned.dependencies("p/T0")) == 17
+        text = chain(65, "{} x")
+        learned = library_from_full_text("p/T0", text, limits=DefinitionLimits(nesting=65))
+        assert len(learned.dependencies("p/T0")) == 65
 
     def test_definitions_as_large_as_real_ones_pass(self) -> None:
-        library_from_full_text("p/T0", chain(16, "{}[] x"))
+        library_from_full_text("p/T0", chain(64, "{}[] x"))
         library_from_full_text("p/T0", "uint8[2764800] image\nfloat64[1000000] values\nstring[5000] names")
         library_from_full_text("p/T0", "\n".join(f"float64 f{n}" for n in range(4000)))
 
