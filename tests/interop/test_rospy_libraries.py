@@ -75,12 +75,19 @@ def test_libraries_written_over_rospy_run_over_ours(
     assert ours.result().compared() == theirs.result().compared()
 
 
-def test_random_messages_are_grouped_as_by_message_filters() -> None:
-    """Exact and approximate, headerless, with clocks that jump, with reset and without; also the warnings."""
-    ros.require_ros("message_filters")
+@pytest.mark.parametrize(
+    ("program", "library", "word"),
+    [
+        ("filters_random.py", "message_filters", "together"),
+        ("clouds_random.py", "sensor_msgs.point_cloud2", "Point("),
+    ],
+)
+def test_a_library_does_the_same_with_random_input(program: str, library: str, word: str) -> None:
+    """message_filters with clocks that jump, clouds of odd layouts: results, errors and warnings."""
+    ros.require_ros(library)
     seed = str(random.randrange(10**9))
     with ThreadPoolExecutor(2) as pool:
-        theirs = pool.submit(run_program, "filters_random.py", seed, "150", real=True)
-        ours = pool.submit(run_program, "filters_random.py", seed, "150", real=False)
-    assert ours.result().compared() == theirs.result().compared(), f"filters_random.py {seed} 150"
-    assert sum("together" in line for line in ours.result().out) > 100
+        theirs = pool.submit(run_program, program, seed, "150", real=True)
+        ours = pool.submit(run_program, program, seed, "150", real=False)
+    assert ours.result().compared() == theirs.result().compared(), f"{program} {seed} 150"
+    assert sum(word in line for line in ours.result().out) > 100

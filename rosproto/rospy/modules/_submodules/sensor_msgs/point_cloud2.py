@@ -51,7 +51,9 @@ def read_points_list(cloud, field_names=None, skip_nans=False, uvs=[]):  # noqa:
 def create_cloud(header, fields, points):
     """A PointCloud2 of one row from a list of tuples."""
     layout = struct.Struct(_format(False, fields))
-    data = b"".join(layout.pack(*point) for point in points)
+    data = bytearray(layout.size * len(points))
+    for i, point in enumerate(points):
+        layout.pack_into(data, layout.size * i, *point)
     return PointCloud2(
         header=header,
         height=1,
@@ -61,7 +63,7 @@ def create_cloud(header, fields, points):
         fields=fields,
         point_step=layout.size,
         row_step=layout.size * len(points),
-        data=data,
+        data=bytes(data),
     )
 
 
