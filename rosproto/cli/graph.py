@@ -6,9 +6,12 @@ The picture has curves between three columns if that fits a screen, else a card 
 from __future__ import annotations
 
 import argparse
+import heapq
 import sys
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from html import escape
+from itertools import accumulate
 from typing import TYPE_CHECKING, NamedTuple
 
 from rosproto.cli.graph_clients import absolute, master_client, unknown
@@ -203,29 +206,37 @@ def _cards(edges: Sequence[Edge]) -> tuple[int, int, list[str]]:
     cards = sorted(
         (_Card(node, found) for node, found in by_node.items()), key=lambda card: (-card.height, card.lines)
     )
-    best = min((_arranged(cards, count) for count in range(1, len(cards) + 1)), key=_badness)
-    lefts, widths, tops, places = best
+    # More columns make it wider: the best number is near the first that makes it wide enough.
+    counts = range(1, len(cards) + 1)
+    near = bisect_left(counts, SHAPE, key=lambda count: _shape(_arranged(cards, count)))
+    tried = counts[max(0, near - _NEAR) : near + _NEAR + 1]
+    lefts, widths, tops, places = min((_arranged(cards, count) for count in tried), key=_badness)
     parts = [card.draw(lefts[column], y, widths[column]) for card, column, y in places]
     return lefts[-1] + widths[-1] + GAP, max(tops), parts
 
 
+_NEAR = 4  # numbers of columns that are tried on both sides
 _Arranged = tuple[list[int], list[int], list[int], list[tuple[_Card, int, int]]]
 
 
 def _arranged(cards: Sequence[_Card], count: int) -> _Arranged:
     """Return left edges, widths and ends of the columns, and (card, column, top)."""
-    tops, widths = [GAP] * count, [0] * count
+    columns, widths = [(GAP, column) for column in range(count)], [0] * count
     places = []
     for card in cards:
-        column = tops.index(min(tops))
-        places.append((card, column, tops[column]))
-        tops[column] += card.height + GAP
+        top, column = columns[0]
+        places.append((card, column, top))
+        heapq.heapreplace(columns, (top + card.height + GAP, column))
         widths[column] = max(widths[column], card.width)
-    lefts = [GAP + sum(widths[:column]) + GAP * column for column in range(count)]
-    return lefts, widths, tops, places
+    lefts = [*accumulate(widths[:-1], lambda left, width: left + width + GAP, initial=GAP)]
+    return lefts, widths, [top for top, _ in columns], places
+
+
+def _shape(arranged: _Arranged) -> float:
+    lefts, widths, tops, _ = arranged
+    return (lefts[-1] + widths[-1] + GAP) / max(tops)
 
 
 def _badness(arranged: _Arranged) -> float:
-    lefts, widths, tops, _ = arranged
-    shape = (lefts[-1] + widths[-1] + GAP) / max(tops)
+    shape = _shape(arranged)
     return max(shape / SHAPE, SHAPE / shape)
