@@ -22,6 +22,7 @@ _DIRECT = frozenset(
         "unregisterSubscriber",
         "registerService",
         "unregisterService",
+        "lookupNode",
         "lookupService",
         "getSystemState",
     }

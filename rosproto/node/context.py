@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from rosproto.logs import PeerLog
 from rosproto.node.definitions.known_definitions import KnownDefinitions
@@ -29,6 +29,12 @@ if TYPE_CHECKING:
 
 MASTER_CALL_SECONDS = 10.0
 FAREWELL_SECONDS = 2.0  # for unregistering; the master monitor completes the rest later
+
+
+class CheckPublishers(Protocol):
+    """`MasterMonitor.check_publishers`."""
+
+    def __call__(self, subscription: Subscription, *, at_once: bool = True) -> None: ...
 
 
 class Context:
@@ -74,7 +80,7 @@ class Context:
         self.peer_log = PeerLog("rosproto.node")
         self.events = Events(name, on_event)
         self.lifecycle = Lifecycle()
-        self.check_publishers: Callable[[Subscription], None] = lambda subscription: None
+        self.check_publishers: CheckPublishers = lambda subscription, *, at_once=True: None
         self._link_ids = itertools.count(1)
         host_of_master, port = parse_uri(master_uri)
         self.hosts = HostNames(hosts, master=host_of_master)

@@ -195,7 +195,7 @@ def open_endpoints(host: str, bind: str, master: tuple[str, int], **options: obj
         return Endpoints(host, other, **options)  # type: ignore[arg-type]
 
 
-REBIND_SECONDS = 1.0  # for name lookups, and for ending the connections of the old address
+REBIND_SECONDS = 1.0  # for ending the connections of the old address
 
 Listen = Callable[[str, str], Endpoints]
 """`(host to announce, address to listen on)`: opens the node's servers."""
@@ -238,7 +238,7 @@ class Listening:
         announced, bind = choose_own_address(self.given, master, timeout)
         self.endpoints = self.listen(announced, bind)
 
-    def follow(self, master: tuple[str, int], moved: Callable[[str], None]) -> bool:
+    def follow(self, find_address: Callable[[], str], moved: Callable[[str], None]) -> bool:
         """Listen on our present address towards the master; True when it has changed.
 
         `moved` is called with the old URI, before the old servers are closed.
@@ -248,11 +248,11 @@ class Listening:
         """
         if self.given is not None:
             return False
-        announced, bind = choose_own_address(None, master, REBIND_SECONDS)
+        address = find_address()
         old = self.endpoints
-        if announced == old.host:
+        if address == old.host:
             return False
-        new = self.listen(announced, bind)
+        new = self.listen(address, address)
         new.tcpros.on_service = old.tcpros.on_service
         self.endpoints = new
         moved(old.uri)

@@ -11,7 +11,7 @@ Source: wiki.ros.org/ROS/Master_API.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple, Protocol
 
@@ -264,6 +264,20 @@ class Registrations:
         call = registration.registration_call()
         answer = self._master.call(call.method, *call.params)
         api_client.checked(call.method, self._master.uri, answer, call.on_answer)
+
+    def announce_again(self, registrations: Iterable[Registration]) -> None:
+        """Make the calls of these registrations, with one request for many if possible.
+
+        Raises:
+            MasterError: The master refused one; the others are made.
+            ConnectionLost, RosTimeout: It is away.
+        """
+        held = [_Deferred(registration, lambda: None) for registration in registrations]
+        refused: dict[tuple[str, str], RosError] = {}
+        for start in range(0, len(held), _MAX_IN_BATCH):
+            refused |= self._announce_batch(held[start : start + _MAX_IN_BATCH], None)
+        for refusal in refused.values():
+            raise refusal
 
     def register_again(self, registration: Registration) -> None:
         """Repeat a registration, so that the master notifies the peers again.

@@ -266,8 +266,9 @@ class PublisherLink:
         if was is LinkState.RECEIVING:
             self.subscription.link_changed()
         self._attempts += 1
-        if self._attempts % ASK_EVERY == 0 or self._waited > ASK_AFTER_SECONDS:
-            self._context.check_publishers(self.subscription)
+        slow = self._waited > ASK_AFTER_SECONDS
+        if slow or self._attempts % ASK_EVERY == 0:
+            self._context.check_publishers(self.subscription, at_once=not slow)
         if was is LinkState.RECEIVING:
             kind = EventKind.DISCONNECTED
         else:

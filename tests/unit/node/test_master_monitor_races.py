@@ -67,7 +67,7 @@ def test_a_topic_that_is_closed_meanwhile_is_not_missing(node, monitor, monkeypa
 def test_the_first_topic_of_a_node_is_not_missed_while_it_is_being_opened(node, monitor, monkeypatch) -> None:
     """Before it the master does not know the node, and that is no sign of a restart."""
     assert monitor.check_registration()
-    answered_before(monkeypatch, monitor, "_ask", lambda: node.publisher("/first", "std_msgs/String"))
+    answered_before(monkeypatch, monitor, "ask", lambda: node.publisher("/first", "std_msgs/String"))
     assert monitor.check_registration()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import xmlrpc.client
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import pytest
@@ -253,13 +253,15 @@ def test_a_forged_publisher_update_is_put_right_by_the_master(
     subscriber = b.subscriber("/t", "std_msgs/String")
     publisher.wait_for_connection()
     asked = threading.Event()
-    announce = Registrations.announce
+    announce = Registrations.announce_again
 
-    def noted(self: Registrations, registration: Any) -> None:
-        announce(self, registration)
-        asked.set()
+    def noted(self: Registrations, registrations: Iterable[Any]) -> None:
+        some = list(registrations)
+        announce(self, some)
+        if some:
+            asked.set()
 
-    monkeypatch.setattr(Registrations, "announce", noted)
+    monkeypatch.setattr(Registrations, "announce_again", noted)
     with Caller(parse_uri(b.uri)) as stranger:
         assert stranger.call("publisherUpdate", "/master", "/t", []) == [1, "", 0]
     assert asked.wait(5)

@@ -154,7 +154,7 @@ class Owner:
     """A subscription and its context, as far as a link asks for them."""
 
     name = "/t"
-    check_publishers = staticmethod(lambda subscription: None)
+    check_publishers = staticmethod(lambda subscription, at_once: None)
     emit = staticmethod(lambda event: None)
     next_link_id = staticmethod(itertools.count(1).__next__)
 
