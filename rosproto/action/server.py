@@ -13,6 +13,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any
 
 from rosproto.action.types import Part, part_from
@@ -26,6 +27,7 @@ from rosproto.protocol.goal_server import GoalList, GoalRecord
 from rosproto.protocol.goal_status import GoalStatus
 from rosproto.time import Time
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
+from rosproto.transport.shared_threads import shared_threads
 
 # -- a goal -------------------------------------------------------------------------------------------------
 
@@ -182,7 +184,7 @@ class ActionServer:
         self._closing = threading.Event()
         self._closed = False
         self._parts: list[Publisher | Subscriber] = []
-        self._ticker: threading.Thread | None = None
+        self._next_status: Future[None] | None = None
         try:
             self._open()
         except BaseException:
@@ -207,11 +209,8 @@ class ActionServer:
         subscribe("cancel", type_.goal_id, self._on_cancel)
         subscribe("goal", type_.action_goal, self._on_goal)
         node.add_closer(self.close)
-        self._ticker = threading.Thread(
-            target=self._tick, name=f"rosproto:action status {self.name}", daemon=True
-        )
         self._publish_status()
-        self._ticker.start()
+        self._plan_status()
 
     def __enter__(self) -> ActionServer:
         return self
@@ -236,6 +235,8 @@ class ActionServer:
             self._closed = True
             goals, workers = list(self._live.values()), list(self._workers)
         self._closing.set()
+        if self._next_status is not None:
+            self._next_status.cancel()
         for goal in goals:
             goal._cancel.set()
         deadline = Deadline(_CLOSE_SECONDS, self._clock)
@@ -244,8 +245,6 @@ class ActionServer:
                 worker.join(deadline.remaining())
         for goal in goals:
             self._finish_quietly(goal, "the action server was closed")
-        if self._ticker not in (None, threading.current_thread()) and self._ticker.is_alive():
-            self._ticker.join(_CLOSE_SECONDS)
         for part in reversed(self._parts):
             part.close()
         self._node.remove_closer(self.close)
@@ -431,15 +430,23 @@ class ActionServer:
         goal_id = self.type.goal_id(id=record.goal_id, stamp=stamp)
         return self.type.status(goal_id=goal_id, status=int(record.status), text=record.text)
 
+    def _plan_status(self) -> None:
+        """Publish the status soon; all servers of the process do so together, which wakes fewer threads."""
+        if not self._closing.is_set():
+            moment = STATUS_SECONDS - self._clock.monotonic() % STATUS_SECONDS
+            self._next_status = shared_threads().add_later(moment, self._tick)
+
     def _tick(self) -> None:
-        while not self._clock.wait(self._closing, STATUS_SECONDS):
-            try:
-                self._publish_status()
-            except RosError:
-                if self._status_out.closed:
-                    # `Node.batch` has closed it and said why: the program was interrupted, or the
-                    # master refused it. A server that nobody can follow takes no goals.
-                    _log.debug("= %s: closed with its status topic", self.name)
-                    self.close()
-                    return
-                _log.exception("! %s: status could not be published", self.name)
+        if self._closing.is_set():
+            return
+        try:
+            self._publish_status()
+        except RosError:
+            if self._status_out.closed:
+                # `Node.batch` has closed it and said why: the program was interrupted, or the
+                # master refused it. A server that nobody can follow takes no goals.
+                _log.debug("= %s: closed with its status topic", self.name)
+                self.close()
+                return
+            _log.exception("! %s: status could not be published", self.name)
+        self._plan_status()

@@ -1,6 +1,7 @@
 """Accept TCP connections and give each a thread, within limits.
 
-The accept loop never reads, so a silent peer does not block others (in rospy it does).
+One thread of the process accepts for all servers (`accept_loop.py`). It never reads, so a silent peer does
+not block others (in rospy it does).
 
 A connection is in one of three states. *Pending*: accepted, its handshake not finished. *Established*: the
 handler called `established`. *Idle*: the handler called `idle`; it is kept open for a next request. When too
@@ -14,18 +15,17 @@ from __future__ import annotations
 
 import itertools
 import os
-import selectors
 import socket
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Collection
-from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.protocol.wire_limits import Limits
+from rosproto.transport.accept_loop import accept_from, stop_accepting
 from rosproto.transport.connection_slots import ConnectionSlots, Key
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.forking import close_in_forked_children, is_forked_child
@@ -35,7 +35,7 @@ from rosproto.transport.os_errors import (
     is_out_of_files,
     max_connections,
 )
-from rosproto.transport.tcp import bind_beside, interrupt, listen, open_selector, tune, wake_pair
+from rosproto.transport.tcp import bind_beside, interrupt, listen, tune
 from rosproto.transport.uri import format_address
 
 log = get_logger("rosproto.transport")
@@ -112,17 +112,12 @@ class TcpServer:
         self.port = int(self._listener.getsockname()[1])
         close_in_forked_children(self._listener)
         self._listener.setblocking(False)
-        doing = f"listen on {format_address(host, self.port)}"
-        with ExitStack() as opened:
-            opened.callback(self._listener.close)
-            self._selector = opened.enter_context(open_selector(doing))
-            # closing a socket does not wake its accept() everywhere; a byte through this pair does
-            self._wake_receiver, self._wake_sender = wake_pair(doing)
-            opened.pop_all()
-        self._acceptor = threading.Thread(
-            target=self._accept_loop, name=f"rosproto:{name} accept", daemon=True
-        )
-        self._acceptor.start()
+        try:
+            self._loop = accept_from(self._listener, self._accept_one)
+        except BaseException:
+            self._listener.close()
+            raise
+        self._stopped: threading.Event | None = None  # set when the listener is closed
 
     def bind_beside(self, sock: socket.socket, address: tuple[str, int]) -> None:
         """Bind a socket that will connect from the address this server listens on; see `tcp.bind_beside`.
@@ -195,32 +190,23 @@ class TcpServer:
             return  # a forked child has no thread of it, and must not end the connections
         deadline = Deadline(timeout, self._clock)
         with self._lock:
-            if not self._closing.is_set():
-                # Before the flag: an acceptor that has just begun sees the flag and closes this pair.
-                self._wake_sender.send(b"x")
-            self._closing.set()
+            if self._stopped is None:
+                self._closing.set()
+                self._stopped = stop_accepting(self._loop, self._listener)
             threads = dict(self._threads)
             sockets = self._threads.keys() - self._handed_over
         for sock in sockets:
             interrupt(sock)
-        for thread in (self._acceptor, *threads.values()):
+        self._loop.wait(self._stopped, deadline.remaining())
+        for thread in threads.values():
             if thread is not threading.current_thread():
                 thread.join(deadline.remaining())
 
-    def _accept_loop(self) -> None:
-        with self._selector as selector:
-            selector.register(self._listener, selectors.EVENT_READ)
-            selector.register(self._wake_receiver, selectors.EVENT_READ)
-            while not self._closing.is_set():
-                for key, _ in selector.select():
-                    if key.fileobj is self._listener and not self._closing.is_set():
-                        self._accept_one(self._listener)
-        for sock in (self._listener, self._wake_receiver, self._wake_sender):
-            sock.close()
-
-    def _accept_one(self, listener: socket.socket) -> None:
+    def _accept_one(self) -> None:
+        if self._closing.is_set():
+            return
         try:
-            sock, address = listener.accept()
+            sock, address = self._listener.accept()
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:

@@ -184,12 +184,10 @@ def test_an_action_server_whose_topics_are_closed_is_closed_and_logs_no_error(
         server = ActionServer(node, "/work", "actionlib/TestAction", lambda goal: None)
         if refused == "all of it":
             raise KeyboardInterrupt
-    ticker = "rosproto:action status /work"  # it closes the server
-    eventually(lambda: ticker not in [thread.name for thread in threading.enumerate()])
+    with NodeClient(node.uri, "/tool") as client:
+        eventually(lambda: not client.get_publications())  # its next status closes the server
     assert server.goals == []
     assert not [one for one in caplog.records if one.levelname == "ERROR"]
-    with NodeClient(node.uri, "/tool") as client:
-        assert not client.get_publications()
 
 
 def test_one_refusal_is_raised_as_it_is_and_the_others_stand(
