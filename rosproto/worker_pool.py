@@ -82,6 +82,8 @@ class WorkerPool:
                 self._provide_thread(urgent)
                 return task
             except RuntimeError:
+                if self._gradual and self._threads:
+                    return task  # the next thread that is free takes it
                 if not self._in_caller:
                     self._waiting.remove((task, work))
                     raise

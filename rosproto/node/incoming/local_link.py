@@ -2,8 +2,8 @@
 
 Bytes are passed, not the object, since the publisher may change its message afterwards. The subscriber
 decodes the publisher's bytes (immutable, shared by all links) without a copy, so arrays are read-only views.
-As over TCP, the md5sums must agree, and each subscriber has its own queue (the oldest message is dropped) and
-thread, so publish() never waits.
+As over TCP, the md5sums must agree, and each subscriber has its own queue (the oldest message is dropped),
+which a shared thread empties, so publish() never waits.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import deque
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosTimeout
@@ -20,6 +22,7 @@ from rosproto.node.outgoing.frames import LargeFrame
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.stats import LinkStats
 from rosproto.protocol.handshake import check_publisher_header, check_subscriber_header, subscriber_header
+from rosproto.transport.shared_threads import shared_threads
 
 if TYPE_CHECKING:
     from rosproto.node.incoming.subscription import Subscription
@@ -29,7 +32,7 @@ IN_FLIGHT = 1 << 20  # bytes that may wait regardless of the queue size, as in t
 
 
 class _LocalPipe:
-    """The publisher's side: an `OutgoingLink` that the subscriber's thread reads."""
+    """The publisher's side: an `OutgoingLink` that a shared thread empties."""
 
     transport = "INTRAPROCESS"
 
@@ -42,7 +45,8 @@ class _LocalPipe:
         self._publication = publication
         self._condition = threading.Condition(threading.Lock())
         self._frames: deque[bytes] = deque()
-        self._waiting = False
+        self._link = link
+        self._at_work = True  # a thread empties it, or will; the one that begins the session, at first
         self._under_way = 0
         self._bytes = 0
         self._messages = 0
@@ -52,7 +56,7 @@ class _LocalPipe:
         self.wanted = None if asked.is_wildcard else asked.message_class  # the class that it decodes
 
     def start(self) -> None:
-        """No effect: the subscriber's thread already runs."""
+        """No effect: the session has begun."""
 
     def set_linger(self, linger: bool) -> None:
         """No effect: no bytes outlive the process."""
@@ -68,8 +72,23 @@ class _LocalPipe:
             while len(self._frames) > self.queue_size and self._under_way > IN_FLIGHT:
                 self._under_way -= len(self._frames.popleft())
                 self._dropped += 1
-            if self._waiting:
-                self._condition.notify()
+            begin, self._at_work = not self._at_work, True
+        if begin:
+            self.begin_work()
+
+    def begin_work(self) -> None:
+        """Have a shared thread empty it."""
+        try:
+            shared_threads().add(self._link.work)
+        except RuntimeError:  # the process has no thread left: the next message tries again
+            with self._condition:
+                self._at_work = False
+
+    def rest(self) -> bool:
+        """The thread has done its part; False if there is more to do, for another thread."""
+        with self._condition:
+            self._at_work = bool(self._frames) or self._closed
+            return not self._at_work
 
     def send_soon(self, frame: bytes, now: float) -> bool:
         self.send(frame)
@@ -79,18 +98,23 @@ class _LocalPipe:
         self.send(frame.owned())
 
     def take(self) -> list[bytes]:
-        """Wait for frames; [] when the link is closed."""
+        """Some frames; [] when there are none.
+
+        Raises:
+            ConnectionLost: There are none, and the link is closed.
+        """
         with self._condition:
-            while not self._frames and not self._closed:
-                self._waiting = True
-                self._condition.wait(5.0)
-                self._waiting = False
             frames = list(itertools.islice(self._frames, MAX_AT_ONCE))
             for frame in frames:
                 self._frames.popleft()
                 self._under_way -= len(frame)
             if not self._frames:
                 self._condition.notify_all()
+            if self._closed and not frames:
+                raise ConnectionLost(
+                    f"{self._publication.name}: the publisher {self._link.caller_id} was closed",
+                    peer=self._link.uri,
+                )
             return frames
 
     def has_arrived(self) -> bool:
@@ -106,13 +130,16 @@ class _LocalPipe:
                 )
 
     def close(self, *, deliver: bool = True) -> None:
-        # Detach before the subscriber's thread wakes and detaches: on_disconnect runs in the closing thread.
+        # Detach before a shared thread sees the end and detaches: on_disconnect runs in the closing thread.
         try:
             self._publication.detach(self)
         finally:
             with self._condition:
                 self._closed = True
                 self._condition.notify_all()
+                begin, self._at_work = not self._at_work, True
+            if begin:
+                self.begin_work()
 
     def stats(self) -> LinkStats:
 
@@ -180,15 +207,27 @@ class LocalLink(PublisherLink):
             raise MasterError("requestTopic", -1, f"Not a publisher of [{self.topic}]", uri=self.uri)
         return publication
 
-    def _receive(self) -> None:
-        pipe, subscription, header = self._pipe, self.subscription, self.header
+    def _begin(self, event: LinkEvent) -> None:
+        shared_threads().add(partial(self._run, event))
+
+    def _hold_session(self) -> bool:
+        return self._begin_session()
+
+    def _work(self, part: Callable[[], bool]) -> bool:
+        goes_on, pipe = super()._work(part), self._pipe
+        if goes_on and pipe is not None and not pipe.rest():
+            pipe.begin_work()
+        return goes_on
+
+    def work(self) -> None:
+        """Deliver what has come, in a shared thread, one at a time."""
+        self._work(self._deliver)
+
+    def _deliver(self) -> bool:
+        pipe, subscription = self._pipe, self.subscription
         assert pipe is not None
-        while True:
-            frames = pipe.take()
-            if not frames:
-                raise ConnectionLost(
-                    f"{self.topic}: the publisher {self.caller_id} was closed", peer=self.uri
-                )
+        frames = pipe.take()
+        if frames:
             revised = self._revised
             delivery = subscription.delivery if revised is None else subscription.delivery_for(revised)
             self._messages += len(frames)
@@ -197,7 +236,8 @@ class LocalLink(PublisherLink):
                 subscription.skipped += len(frames) - delivery.newest
                 frames = frames[-delivery.newest :]
             batch = [delivery.decode(frame, 4, len(frame)) for frame in frames]
-            subscription.hand_out(self, delivery, batch, header, revised)
+            subscription.hand_out(self, delivery, batch, self.header, revised)
+        return True
 
     def _interrupt(self) -> None:
         pipe = self._pipe

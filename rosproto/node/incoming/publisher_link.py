@@ -1,13 +1,14 @@
 """Base class of a subscriber's link to one publisher: it connects, receives and retries.
 
-Each session, and each try to begin one, has a thread; a link that waits for its next try has none. The states
-are in `publisher_link_state.py`. The subclasses `TcprosLink`, `UdprosLink` and `LocalLink` (for a publisher
-in this process) open a session and receive.
+Each session, and each try to begin one, has a thread, except those of `LocalLink`; a link that waits for its
+next try has none. The states are in `publisher_link_state.py`. The subclasses `TcprosLink`, `UdprosLink` and
+`LocalLink` (for a publisher in this process) open a session and receive.
 """
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from concurrent.futures import Future
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -98,11 +99,14 @@ class PublisherLink:
         self.last_error: Exception | None = None
         self._bytes = 0
         self._messages = 0
-        self._thread: threading.Thread | None = None
+        self._worker = 0  # the thread that is at work
+        self._started = False
+        self._ended = threading.Event()
 
     def start(self) -> None:
         """Begin the first try."""
         self._begin(LinkEvent.DUE)
+        self._started = True
 
     @property
     def connected(self) -> bool:
@@ -143,8 +147,13 @@ class PublisherLink:
             retry, self._retry = self._retry, None
         if retry is not None:
             retry.cancel()
-            self.subscription.link_closed(self)
+            self._end()
         self._interrupt()
+
+    def _end(self) -> None:
+        """The link is closed, and no thread is at work."""
+        self.subscription.link_closed(self)
+        self._ended.set()
 
     def interrupt(self) -> None:
         """End the present session; the link begins a new one at once."""
@@ -152,41 +161,72 @@ class PublisherLink:
         self._interrupt()
 
     def join(self, timeout: float) -> None:
-        """Wait for the thread, unless called in it (by a callback that closes its own subscriber)."""
-        thread = self._thread
-        if thread is not None and thread is not threading.current_thread():
-            thread.join(timeout)
+        """Wait for the thread at work, unless called in it (by a callback that closes its own subscriber)."""
+        if self._started and self._worker != threading.get_ident():
+            self._ended.wait(timeout)
 
     # -- the threads ----------------------------------------------------------------------------------------
 
     def _begin(self, event: LinkEvent) -> None:
         """Begin a try in a thread of its own."""
-        self._thread = threading.Thread(
-            target=self._run, args=(event,), name=f"rosproto:{self.topic} < {self.uri}", daemon=True
-        )
-        self._thread.start()
+        name = f"rosproto:{self.topic} < {self.uri}"
+        threading.Thread(target=self._run, args=(event,), name=name, daemon=True).start()
 
     def _run(self, event: LinkEvent) -> None:
         if self._step(event) is LinkState.REQUESTING:
-            try:
-                self._open()
-                self._session = self._context.next_link_id()  # before anybody sees it as connected
-                if self._step(LinkEvent.ACCEPTED) is LinkState.RECEIVING:
-                    self._begun_at = monotonic()
-                    self._begun()
-                    self._receive()
-            except (RosError, OSError) as error:
-                self._failed(error)
-            except Exception as error:
-                if interpreter_shuts_down(error):
-                    return
+            self._work(self._hold_session)
+        else:
+            self._wait()
+
+    def _hold_session(self) -> bool:
+        """Begin a session and receive."""
+        if self._begin_session():
+            self._receive()
+        return False
+
+    def _begin_session(self) -> bool:
+        """Open a session; False if the link was closed meanwhile."""
+        self._open()
+        self._session = self._context.next_link_id()  # before anybody sees it as connected
+        if self._step(LinkEvent.ACCEPTED) is not LinkState.RECEIVING:
+            return False
+        self._begun_at = monotonic()
+        self._begun()
+        return True
+
+    def _work(self, part: Callable[[], bool]) -> bool:
+        """Do a part of a session; unless it returns that the session goes on, end it, and wait to try again."""
+        self._worker = threading.get_ident()
+        goes_on = over = False
+        try:
+            goes_on = part()
+        except (RosError, OSError) as error:
+            self._failed(error)
+        except Exception as error:
+            over = interpreter_shuts_down(error)
+            if not over:
                 _log.exception("! %s: the link to %s failed unexpectedly", self.topic, self.uri)
                 self._failed(error)
-            finally:
+        finally:
+            if not goes_on:
                 self._end_session()
+        self._worker = 0
+        if not (goes_on or over):
             if not self.named:
                 self.close()
-        self._wait()
+            self._wait()
+        return goes_on
+
+    def _step(self, event: LinkEvent) -> LinkState:
+        """Enter the next state of the table; only this method changes the state."""
+        with self._condition:
+            self.state = next_state(self.state, event)
+            return self.state
+
+    @property
+    def _lasted(self) -> float | None:
+        """Seconds since the session began; None without a session."""
+        return None if self._begun_at is None else monotonic() - self._begun_at
 
     def _wait(self) -> None:
         """Wait for the next try, without a thread if possible."""
@@ -211,7 +251,7 @@ class PublisherLink:
                     if interpreter_shuts_down(error):
                         return
                     self._condition.wait(MIN_WAIT_SECONDS)  # the process has no thread left
-        self.subscription.link_closed(self)
+        self._end()
 
     def _retry_in(self, seconds: float) -> None:
         before, self._retry = self._retry, shared_threads().add_later(seconds, self._due)
