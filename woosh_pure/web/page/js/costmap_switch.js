@@ -4,7 +4,7 @@ import { byId } from "./dom.js";
 import { hint } from "./map_hint.js";
 import { onLanguage, t } from "./i18n.js";
 
-const PATIENCE = 5; // seconds until the hint that there is none
+const MISSING_SECONDS = 5; // seconds until the hint that there is none
 
 export class CostmapSwitch {
   constructor({ store, ground, changed }) {
@@ -29,7 +29,7 @@ export class CostmapSwitch {
   wait(on) {
     clearTimeout(this.timer);
     this.none = false;
-    if (on) this.timer = setTimeout(() => this.missing(), PATIENCE * 1000);
+    if (on) this.timer = setTimeout(() => this.missing(), MISSING_SECONDS * 1000);
     this.say();
   }
 

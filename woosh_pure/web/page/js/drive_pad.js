@@ -5,7 +5,7 @@
 import { el } from "./dom.js";
 import { fromStick } from "./steering.js";
 
-const STILL = 0.5; // pixels, or percent of zoom
+const MAX_SHIFT = 0.5; // pixels, or percent of zoom
 
 export class DrivePad {
   constructor(hold) {
@@ -79,7 +79,7 @@ export class DrivePad {
   stays() {
     if (this.pointer === null) return true;
     const now = this.view();
-    if (this.began.every((value, i) => Math.abs(value - now[i]) <= STILL)) return true;
+    if (this.began.every((value, i) => Math.abs(value - now[i]) <= MAX_SHIFT)) return true;
     this.hold.end("moved");
     return false;
   }

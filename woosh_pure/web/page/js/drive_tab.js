@@ -39,7 +39,7 @@ export class DriveTab {
     this.keys = new Keys(this.hold, () => this.on && store.get("tab") === "drive");
     this.gamepad = new Gamepad(this.hold);
     this.build();
-    store.on("drive", (message) => this.told(message));
+    store.on("drive", (message) => this.takeState(message));
     store.on("hello", () => this.switch(false)); // a new session needs a new confirmation
     store.on("link", (state) => state !== "open" && this.hold.end("lost"));
     store.on("lost", (lost) => lost && this.hold.end("lost"));
@@ -78,7 +78,7 @@ export class DriveTab {
     this.heartbeat.tick();
   }
 
-  told(message) {
+  takeState(message) {
     if (message.state === "driving" || message.state === "opening") return;
     const why = causeText(message.reasons) || REASONS[message.reason] || kindText(message.kind) || "ended";
     this.heartbeat.ended(why);

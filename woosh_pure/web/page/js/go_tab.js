@@ -136,7 +136,7 @@ export class GoTab {
       if (values.every(Number.isFinite)) this.map.place = { x: values[0], y: values[1], yaw: radians(values[2]) };
       this.map.change();
     };
-    const told = (place) => {
+    const placed = (place) => {
       if (!place) return;
       x.value = place.x.toFixed(2);
       y.value = place.y.toFixed(2);
@@ -146,8 +146,8 @@ export class GoTab {
     const grid = el("div", { class: "fields" }, label("x m", x), label("y m", y), label(t("go.heading"), heading));
     question(start, [grid]);
     this.map.follow(false);
-    this.map.setPlacing(told, start);
-    told(start);
+    this.map.setPlacing(placed, start);
+    placed(start);
     hint("place", t(how));
   }
 

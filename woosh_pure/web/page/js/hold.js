@@ -6,7 +6,7 @@
 //
 // A control has owns(event), whether a press is its own, and forget(), called at each end that is not its release.
 
-const TAKES = ["beforeprint", "dragenter", "dragstart", "fullscreenchange", "pointerlockchange"];
+const INTERRUPTIONS = ["beforeprint", "dragenter", "dragstart", "fullscreenchange", "pointerlockchange"];
 
 export class Hold {
   // ready(): whether a press may drive now;  limits(): {vx, wz};  changed(state, reason): see heartbeat.js
@@ -59,7 +59,7 @@ export class Hold {
     addEventListener("pointerdown", (event) => this.beside(event, "other"));
     // A menu that the page has prevented takes nothing: a finger that rests on the pad asks for one.
     addEventListener("contextmenu", (event) => event.defaultPrevented || this.end("other"));
-    for (const name of TAKES) addEventListener(name, () => this.end("other"));
+    for (const name of INTERRUPTIONS) addEventListener(name, () => this.end("other"));
     addEventListener("blur", () => this.end("blur"));
     document.addEventListener("visibilitychange", () => document.hidden && this.end("hidden"));
     addEventListener("pagehide", () => this.end("hidden"));

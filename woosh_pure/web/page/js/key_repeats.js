@@ -5,7 +5,7 @@
 // pressed last repeats. A system without repeats sends none, and nothing is missed. The first one comes after 0.25 to 2 s:
 // how long it takes is learnt from the keys pressed before.
 
-const SLACK = 0.4; // a busy computer delivers late
+const SLACK_SECONDS = 0.4; // a busy computer delivers late
 const MIN_REPEATS = 3;
 
 export class KeyRepeats {
@@ -37,7 +37,7 @@ export class KeyRepeats {
   missing(now) {
     if (this.at === null) return false;
     const due = this.count < MIN_REPEATS ? 2 * this.delay : 4 * this.longest;
-    if (now - this.at <= due + SLACK) return false;
+    if (now - this.at <= due + SLACK_SECONDS) return false;
     this.delay = Infinity;
     this.clear();
     return true;

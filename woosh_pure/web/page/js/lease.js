@@ -9,7 +9,7 @@ import { until } from "./live_connection.js";
 import { attempt } from "./toast.js";
 import { whoText } from "./command_words.js";
 
-const WAIT = 3; // seconds to wait for a free lease
+const MAX_WAIT_SECONDS = 3; // seconds to wait for a free lease
 
 export class Lease {
   constructor({ store, link, rest, boxes }) {
@@ -43,7 +43,7 @@ export class Lease {
     const lease = this.store.get("lease");
     if (lease === null || lease.yours) return;
     this.say("ask");
-    await until(() => this.yours || this.held, WAIT);
+    await until(() => this.yours || this.held, MAX_WAIT_SECONDS);
     if (!this.yours && this.held && this.store.get("lease").program) await this.takeOver();
     if (!this.yours) throw new Refused(this.held ? t("lease.waiting", { name: this.holder }) : t("drive.needlease"));
   }
@@ -53,7 +53,7 @@ export class Lease {
     return new Promise((done) => {
       const take = async () => {
         const lease = await attempt(() => this.rest.json("POST", "lease", { take_over: true }));
-        await until(() => !lease?.yours || this.yours, WAIT);
+        await until(() => !lease?.yours || this.yours, MAX_WAIT_SECONDS);
         done();
       };
       ask({

@@ -1,7 +1,7 @@
 // The WebSocket to the server: connects again after a break, acknowledges each frame, and queues nothing.
 
-const AGAIN = [0.3, 0.6, 1, 2, 3]; // seconds between attempts
-const SILENT = 6; // seconds without a message after which the connection counts as broken
+const RECONNECT_SECONDS = [0.3, 0.6, 1, 2, 3]; // seconds between attempts
+const BROKEN_SECONDS = 6; // seconds without a message after which the connection counts as broken
 
 export class LiveConnection {
   // handlers: text(message), binary(buffer), state("open" | "closed", code)
@@ -66,7 +66,7 @@ export class LiveConnection {
     this.socket = null;
     this.handlers.state("closed", code);
     clearTimeout(this.timer);
-    const wait = AGAIN[Math.min(this.attempts, AGAIN.length - 1)];
+    const wait = RECONNECT_SECONDS[Math.min(this.attempts, RECONNECT_SECONDS.length - 1)];
     this.attempts += 1;
     this.timer = setTimeout(() => this.connect(), wait * 1000);
   }
@@ -83,7 +83,7 @@ export class LiveConnection {
     const socket = this.socket;
     if (socket === null || document.hidden) return;
     const since = socket.readyState === WebSocket.OPEN ? this.heardAt : this.began;
-    if (seconds() - since > SILENT) {
+    if (seconds() - since > BROKEN_SECONDS) {
       socket.onclose = null;
       socket.close();
       this.again(1006);

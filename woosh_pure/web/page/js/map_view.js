@@ -168,11 +168,11 @@ export class MapView {
     if (mark) this.onmark(mark);
   }
 
-  // Begin or end placing: told(place) at each change.
-  setPlacing(told, start = null) {
-    this.placing = told;
+  // Begin or end placing: changed(place) at each change.
+  setPlacing(changed, start = null) {
+    this.placing = changed;
     this.place = start;
-    this.canvas.parentElement.classList.toggle("placing", told !== null);
+    this.canvas.parentElement.classList.toggle("placing", changed !== null);
     this.change();
   }
 

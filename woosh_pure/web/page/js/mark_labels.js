@@ -1,7 +1,7 @@
 // Places the names of marks on the map so that none covers another name or a pin. A name without space is left out until
 // the map is zoomed in. Pure: pixels, y down.
 
-const ROW = 20;
+const ROW_PIXELS = 20;
 
 class Taken {
   constructor() {
@@ -10,7 +10,7 @@ class Taken {
 
   rowsOf(box) {
     const rows = [];
-    for (let row = Math.floor(box.top / ROW); row <= Math.floor(box.bottom / ROW); row += 1) rows.push(row);
+    for (let row = Math.floor(box.top / ROW_PIXELS); row <= Math.floor(box.bottom / ROW_PIXELS); row += 1) rows.push(row);
     return rows;
   }
 

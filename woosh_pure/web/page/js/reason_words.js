@@ -12,7 +12,7 @@ export const said = (one) => (current() === "zh" ? one.text_zh || one.text : one
 // The text of one reason. A doubtful one, reported before the link broke, may be over.
 export function whyOf(reason) {
   const fault = reason.key === "fault" ? reason.values?.words : null;
-  const why = fault ? t("why.told", { fault: said({ text: fault.english, text_zh: fault.chinese }) })
+  const why = fault ? t("why.reported", { fault: said({ text: fault.english, text_zh: fault.chinese }) })
     : has(`why.${reason.key}`) ? t(`why.${reason.key}`) : reason.text;
   return reason.doubt && !UNSURE.has(reason.key) ? `${why} ${t("why.maybe")}` : why;
 }
@@ -22,10 +22,10 @@ export const todoOf = ({ key }) => (has(`todo.${key}`) ? `${t("todo.title")} ${t
 
 // Each reason once, in the server's order: the cause comes first.
 export function distinct(reasons) {
-  const told = new Set();
+  const shown = new Set();
   return (reasons ?? []).filter((reason) => {
     const why = whyOf(reason);
-    return !told.has(why) && told.add(why);
+    return !shown.has(why) && shown.add(why);
   });
 }
 

@@ -1,9 +1,9 @@
 // Reads the body of a response with progress. A body that stalls ends in an error.
 
-const PIECE = 8e6; // bytes collected before they become a Blob, which the browser may store on disk
+const PIECE_BYTES = 8e6; // bytes collected before they become a Blob, which the browser may store on disk
 
-// told(part 0..1, size, total); total is 0 if unknown. stalled() returns the error to throw.
-export async function collect(answer, told, { seconds = 20, stalled, signal = null } = {}) {
+// onProgress(part 0..1, size, total); total is 0 if unknown. stalled() returns the error to throw.
+export async function collect(answer, onProgress, { seconds = 20, stalled, signal = null } = {}) {
   const type = answer.headers.get("content-type") ?? "";
   const total = Number(answer.headers.get("content-length")) || 0;
   const reader = answer.body.getReader();
@@ -19,11 +19,11 @@ export async function collect(answer, told, { seconds = 20, stalled, signal = nu
       if (done) break;
       parts.push(value);
       size += value.length;
-      if (size - kept > PIECE) {
+      if (size - kept > PIECE_BYTES) {
         pieces.push(new Blob(parts));
         [parts, kept] = [[], size];
       }
-      told(total ? Math.min(1, size / total) : 0, size, total);
+      onProgress(total ? Math.min(1, size / total) : 0, size, total);
     }
   } catch (error) {
     end();

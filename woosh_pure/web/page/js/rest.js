@@ -64,12 +64,12 @@ export class Rest {
     return text ? JSON.parse(text) : null;
   }
 
-  // Fetch a picture or file; told(part, size, total) reports the progress, `signal` cancels.
-  async blob(path, told = () => {}, signal = null) {
+  // Fetch a picture or file; onProgress(part, size, total) reports the progress, `signal` cancels.
+  async blob(path, onProgress = () => {}, signal = null) {
     const answer = await this.call("GET", path, null, { timeout: 30 });
     const stalled = () => new Refused(t("error.stalled"));
     try {
-      return await collect(answer, told, { stalled, signal });
+      return await collect(answer, onProgress, { stalled, signal });
     } catch (error) {
       throw error instanceof Refused ? error : stalled(); // the connection broke, or was cancelled
     }

@@ -16,7 +16,7 @@ const PARTS = {
   recordings: ["recordings", (part) => part],
   driver: ["driver", (part) => part],
 };
-const JOURNAL = 200;
+const MAX_ENTRIES = 200;
 const list = (value) => (Array.isArray(value) ? value : []);
 
 const KINDS = {
@@ -58,7 +58,7 @@ function state(store, message, ages, now) {
 function journal(store, message) {
   const entries = new Map((store.get("journal") ?? []).map((entry) => [entry.id, entry]));
   for (const one of list(message.entries)) entries.set(one.id, shapes.entry(one));
-  store.set("journal", [...entries.values()].sort((a, b) => a.id - b.id).slice(-JOURNAL));
+  store.set("journal", [...entries.values()].sort((a, b) => a.id - b.id).slice(-MAX_ENTRIES));
 }
 
 export function takeBinary(store, ages, buffer, now, parts) {

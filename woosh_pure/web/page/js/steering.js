@@ -1,8 +1,8 @@
 // Converts pad, keys and gamepad stick to a velocity. Pure. x right, y up, both -1..1 -> {vx, wz}: m/s, rad/s.
 
-const DEAD = 0.12; // a released stick is not exactly centred
+const DEAD_ZONE = 0.12; // a released stick is not exactly centred
 
-export function fromStick(x, y, limits, dead = DEAD) {
+export function fromStick(x, y, limits, dead = DEAD_ZONE) {
   const length = Math.hypot(x, y);
   if (!Number.isFinite(length) || length < dead) return { vx: 0, wz: 0 };
   const reach = (Math.min(1, length) - dead) / (1 - dead);

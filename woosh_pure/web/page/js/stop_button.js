@@ -5,11 +5,11 @@ import { button, byId, el, fill, icon, show } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 import { stopText } from "./reason_words.js";
 
-const SECOND_WAY = 0.1; // seconds without a confirmation: then a call follows
-const ALL_WAYS = 0.3; // then all other ways
-const RED_BUTTON = 0.9; // then show the hint to the red button
-const SLOW = 2; // then show it even for a begun stop without a result
-const LIMIT = 25; // a stop waits for the robot's standstill
+const CALL_SECONDS = 0.1; // seconds without a confirmation: then a call follows
+const ALL_WAYS_SECONDS = 0.3; // then all other ways
+const RED_BUTTON_SECONDS = 0.9; // then show the hint to the red button
+const SLOW_SECONDS = 2; // then show it even for a begun stop without a result
+const STOP_SECONDS = 25; // a stop waits for the robot's standstill
 
 // Classify the answer. Pure.
 export function verdict(answer) {
@@ -37,7 +37,7 @@ export class StopButton {
     stop.addEventListener("click", (event) => {
       if (event.detail === 0) this.press(); // by the keyboard
     });
-    store.on("stop", (message) => this.told(message));
+    store.on("stop", (message) => this.takeState(message));
     onLanguage(() => this.shown && this.answer(this.shown));
     if (early) this.press();
   }
@@ -54,10 +54,10 @@ export class StopButton {
     if (socket) this.waiting.add("socket");
     const later = (seconds, act) => setTimeout(() => mine === this.number && act(), seconds * 1000);
     this.timers = [
-      later(socket ? SECOND_WAY : 0, () => this.begun || this.call(mine, true)),
-      later(ALL_WAYS, () => this.begun || this.other(mine)),
-      later(RED_BUTTON, () => this.begun || this.answer(NO_ANSWER)),
-      later(SLOW, () => this.over || this.answer(NO_ANSWER)),
+      later(socket ? CALL_SECONDS : 0, () => this.begun || this.call(mine, true)),
+      later(ALL_WAYS_SECONDS, () => this.begun || this.other(mine)),
+      later(RED_BUTTON_SECONDS, () => this.begun || this.answer(NO_ANSWER)),
+      later(SLOW_SECONDS, () => this.over || this.answer(NO_ANSWER)),
     ];
   }
 
@@ -65,7 +65,7 @@ export class StopButton {
   async call(mine, session) {
     this.waiting.add(session);
     try {
-      this.end(mine, await this.rest.json("POST", "stop", null, { timeout: LIMIT, session }));
+      this.end(mine, await this.rest.json("POST", "stop", null, { timeout: STOP_SECONDS, session }));
     } catch (error) {
       const stopped = "stands_still" in (error.problem ?? {}); // an error, but the stop was carried out
       if (stopped) this.end(mine, error.problem);
@@ -89,7 +89,7 @@ export class StopButton {
   }
 
   // The server's messages over the open connection.
-  told(message) {
+  takeState(message) {
     if (message.n !== this.number) return;
     this.begun = true;
     if (message.state === "done") this.end(message.n, message);

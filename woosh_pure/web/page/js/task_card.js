@@ -7,7 +7,7 @@ import { attempt } from "./toast.js";
 import { whatText, whoText } from "./command_words.js";
 import { endText } from "./reason_words.js";
 
-const KEPT = 20; // seconds for which a good end is shown
+const SHOWN_SECONDS = 20; // seconds for which a good end is shown
 
 export class TaskCard {
   constructor({ store, rest }) {
@@ -37,8 +37,8 @@ export class TaskCard {
       if (goal.by === this.store.get("hello")?.you) byId("panel").scrollTop = 0;
     }
     // A goal can begin and end between two messages to a slow page; its end is shown, too.
-    const told = this.before === undefined || [this.before, this.closed].includes(goal?.id);
-    const hidden = !goal || (!goal.running && told);
+    const endSeen = this.before === undefined || [this.before, this.closed].includes(goal?.id);
+    const hidden = !goal || (!goal.running && endSeen);
     show(this.box, !hidden);
     if (hidden) return;
     const what = whatText(goal);
@@ -53,7 +53,7 @@ export class TaskCard {
   later(goal) {
     clearTimeout(this.timer);
     if (goal.running || goal.kind === "bad") return;
-    this.timer = setTimeout(() => this.close(goal.id), KEPT * 1000);
+    this.timer = setTimeout(() => this.close(goal.id), SHOWN_SECONDS * 1000);
   }
 
   close(id) {
@@ -70,9 +70,9 @@ export class TaskCard {
     if (Number.isFinite(percent)) this.bar.value = percent;
     else this.bar.removeAttribute("value");
     const waits = this.store.get("robot")?.task?.state === "waiting for action";
-    const told = waits ? t("task.waits") : left !== null ? t("task.left", { n: number(left, 1) })
+    const text = waits ? t("task.waits") : left !== null ? t("task.left", { n: number(left, 1) })
       : Number.isFinite(goal.percent) ? `${number(goal.percent, 0)} %` : "";
-    say(this.note, [told, this.by(goal)].filter(Boolean).join(" · "));
+    say(this.note, [text, this.by(goal)].filter(Boolean).join(" · "));
   }
 
   by(goal) {

@@ -4,10 +4,10 @@ import { byId, el, fill, say } from "./dom.js";
 import { t } from "./i18n.js";
 
 export class TokenDialog {
-  // told() when a token was taken
-  constructor(rest, told) {
+  // accepted() when a token was accepted
+  constructor(rest, accepted) {
     this.rest = rest;
-    this.told = told;
+    this.accepted = accepted;
     this.dialog = byId("token");
     this.dialog.oncancel = (event) => event.preventDefault(); // the page is empty without a token
   }
@@ -47,6 +47,6 @@ export class TokenDialog {
       return;
     }
     this.dialog.close();
-    this.told();
+    this.accepted();
   }
 }

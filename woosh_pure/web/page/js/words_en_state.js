@@ -22,7 +22,7 @@ export const state = {
   "ready.unknown": "Not known for certain.",
   "ready.notice": "It would not move now: {why}",
   "why.emergency_stop": "The emergency stop is pressed.",
-  "why.told": "It reports: {fault}.",
+  "why.reported": "It reports: {fault}.",
   "why.maybe": "This was reported before the link broke; it may be over.",
   "why.call": "Something else is under way, or STOP was pressed.",
   "why.bumper": "The bumper is touched.",

@@ -22,7 +22,7 @@ export const state = {
   "ready.unknown": "不能确定。",
   "ready.notice": "它现在不会动：{why}",
   "why.emergency_stop": "急停已按下。",
-  "why.told": "它报告：{fault}。",
+  "why.reported": "它报告：{fault}。",
   "why.maybe": "这是连接断开之前报告的，可能已经解除。",
   "why.call": "有别的正在进行，或者按了停止。",
   "why.bumper": "防撞条被触碰。",
