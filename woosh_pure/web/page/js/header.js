@@ -105,7 +105,8 @@ export function pageOf(name, robots, { pathname }) {
   return name === robots[0] ? root : `${root}robots/${encodeURIComponent(name)}/`;
 }
 
-// What the robot does; null if it has not reported. Driving by hand is not a state of the robot: to it a velocity is nothing to do.
+// What the robot does; null if it has not reported. Driving by hand is not a state of the robot, to which a velocity is nothing
+// to do.
 export function stateText(store) {
   const robot = store.get("robot");
   return store.get("driver") !== null ? t("state.driven") : robot && word("state", robot.state);
