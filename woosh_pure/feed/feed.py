@@ -230,6 +230,7 @@ class Feed(Newest[T]):
         reading = Reading(value, received, stamp_of(message), message)
         with self._receiving:
             self._links_then = self.links
+            # The newest `_kept - 1` and this one.
             self._history = (*self._history[1 - self._kept :], (self.count + 1, reading))
         callbacks = list(self._callbacks)
         self._wake()

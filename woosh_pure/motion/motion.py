@@ -150,8 +150,8 @@ class Motion(ABC, Generic[P]):
         self._calling: set[int] = set()
         self._events: list[Event] = []
         # Holds one item; taking it permits reporting the outcome.
-        self._untold: queue.SimpleQueue[None] = queue.SimpleQueue()
-        self._untold.put(None)
+        self._permit_to_report: queue.SimpleQueue[None] = queue.SimpleQueue()
+        self._permit_to_report.put(None)
         self._time_up = ""  # text of the outcome when the limit of a wait has passed
         self._began = time.monotonic()
         self._written = -math.inf  # when its cancel was written last
@@ -345,7 +345,7 @@ class Motion(ABC, Generic[P]):
         """Report the outcome, once. Later events change only whether the robot has ended it."""
         may_go_on = may_go_on or kind is OutcomeKind.CONNECTION_LOST
         try:
-            self._untold.get_nowait()
+            self._permit_to_report.get_nowait()
         except queue.Empty:
             return
         if not may_go_on:

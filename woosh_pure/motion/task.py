@@ -144,7 +144,7 @@ class TaskMotion(Motion[RobotStatus]):
         self._status = components.feeds.get("status")
         self._tracker = tracker
         # The sending thread and the receiving thread update the tracker. No verb holds this lock.
-        self._telling = threading.Lock()
+        self._tracker_lock = threading.Lock()
         self._prepared: PreparedCall | None = None
         self._asked_for = False  # whether the chassis may know of it
         self._repeating: Job[None] | None = None
@@ -200,7 +200,7 @@ class TaskMotion(Motion[RobotStatus]):
             )
         self._asked_for = True
         reply = ask(TaskCommand.EXECUTE, self.task_id, timeout=_REPLY_SECONDS, **self._order.fields())
-        with self._telling:
+        with self._tracker_lock:
             self._tracker.reply(reply.success, reply.message, int(reply.statusCode))
         self._settle()
         if self.asked:  # the cancel did not wait long enough for this reply: repeat it
@@ -323,7 +323,7 @@ class TaskMotion(Motion[RobotStatus]):
         return status is not None and status.task_id == self.task_id and status.task_state.is_final
 
     def _on_status(self, status: RobotStatus) -> None:
-        with self._telling:
+        with self._tracker_lock:
             self._tracker.status(status)
         if status.task_id == self.task_id:
             self._advance(status)
@@ -335,7 +335,7 @@ class TaskMotion(Motion[RobotStatus]):
             return
         self._off()
         if not ending.under_way:
-            self.see_end()
+            self.see_end()  # if an outcome was reported before, such as a lost connection
         self.finish(ending.kind, ending.text, ending.code)
         if ending.under_way:
             self.components.motions.executor.put(Job(self._end_on_robot, _REPLY_SECONDS))

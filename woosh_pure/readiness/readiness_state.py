@@ -392,6 +392,7 @@ class ReadinessState:
 
     def _on_status_code(self, code: StatusCode) -> None:
         feed = self._status_code
+        # The reading of this very code: its header names the node that sent it.
         reported = next((one for one in reversed(feed.known_history) if one.value is code), None)
         header = {} if reported is None else reported.message._connection_header or {}
         links = frozenset(link for link in feed.links if link.node == header.get("callerid"))
@@ -462,6 +463,7 @@ class ReadinessState:
 
     def _look_at_links(self, up: frozenset[object]) -> None:
         """Discard facts learned by moving if a lost link shows that the robot may have restarted."""
+        # While none is up, those of before are kept, to be compared with those that come up again.
         before, self._links = self._links, up or self._links
         if not before <= up:
             self._has_moved = False
