@@ -80,9 +80,8 @@ class FrameDecoder:
         self._view = memoryview(self.buffer)
         self._start = 0  # unread bytes are buffer[start:end]
         self._end = 0
-        self._large: bytearray | memoryview | None = (
-            None  # memory of a long frame; `_have` bytes are received
-        )
+        # Memory of a long frame, of which `_have` bytes are received.
+        self._large: bytearray | memoryview | None = None
         self._size = 0  # its length
         self._have = 0
 
@@ -124,7 +123,7 @@ class FrameDecoder:
         elif size + 4 > room or filled or rest == room:
             self._grow(max(size + 4, rest), rest)
         elif room - self._end < room // 2:
-            self.buffer[:rest] = self.buffer[self._start : self._end]
+            self.buffer[:rest] = self.buffer[self._start : self._end]  # the rest to the front
             self._start, self._end = 0, rest
 
     def received(self, count: int) -> None:
@@ -143,6 +142,7 @@ class FrameDecoder:
 
     def _grow(self, size: int, rest: int) -> None:
         """Replace the buffer by a larger one, because a frame does not fit or a read filled it."""
+        # Four times as large, or twice the frame, up to MAX_ROOM; but always with room behind the rest.
         buffer = bytearray(max(min(max(4 * len(self.buffer), 2 * size), MAX_ROOM), rest + ROOM))
         buffer[:rest] = self._view[self._start : self._end]
         self.buffer, self._view = buffer, memoryview(buffer)

@@ -421,9 +421,8 @@ class StepMotion(ActionMotion):
             raise MotionRefused(
                 say("{goal}: the chassis did not confirm the pause: {why}", goal=self.description, why=error)
             ) from error
-        if (
-            goal is not None and int(goal.status) != _RECALLED
-        ):  # else it never began, and the result is of an earlier part
+        # A goal that was recalled never began, and the result is of an earlier part.
+        if goal is not None and int(goal.status) != _RECALLED:
             self._refine(result)
 
     def _refine(self, result: DynamicMessage) -> None:
