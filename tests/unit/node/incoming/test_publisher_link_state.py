@@ -96,7 +96,7 @@ def test_a_publisher_that_is_gone_is_tried_ever_less() -> None:
     pauses, away = RetryPauses(), 0.0
     for _ in range(60):
         pause = pauses.after(None, gone=True)
-        assert pause <= max(0.2, 0.4 * away + 0.1)
+        assert pause <= 0.45 * away + 0.12  # a third, with the random fifth of both
         away += pause
     assert 48.0 <= pause <= 72.0
     assert pauses.after(None) < 0.1  # another failure: it may be behind a network that fails
