@@ -1,78 +1,30 @@
 """Our reading of definitions beside genmsg's own: accepted or refused, md5sum, full text, fields, constants.
 
-Where the two differ on purpose (see rosproto/msg/parser.py) the case is listed in `DIFFERENCES`, with genmsg's
+Random definitions are compared by tests/interop/compare. Where the two differ on purpose (see rosproto/msg/parser.py) the case is listed in `DIFFERENCES`, with genmsg's
 side of it, so that the list stays true.
 """
 
 from __future__ import annotations
 
-import json
-import random
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from rosproto.errors import DefinitionError
-from rosproto.msg import DefinitionLibrary, bundled, parse_message, parse_service
+from rosproto.msg import bundled
 from rosproto.selftest.computing import known_md5sums
+from tests.interop.compare.comparison import Case, debian
+from tests.interop.compare.definitions import USED, message, read, service
 from tests.support import ros
 
 pytestmark = pytest.mark.interop
-
-PYTHON = "/usr/bin/python3"
-ORACLE = Path(__file__).with_name("genmsg_oracle.py")
-Case = dict[str, Any]
 
 
 def genmsg(cases: list[Case]) -> list[dict[str, Any]]:
     """Ask genmsg about all cases in one process."""
     ros.require_ros("genmsg")
-    done = subprocess.run(
-        [PYTHON, str(ORACLE)],
-        input=json.dumps(cases),
-        capture_output=True,
-        text=True,
-        timeout=300,
-        env={"LC_ALL": "C.UTF-8", "PATH": "/usr/bin:/bin"},
-    )
-    assert done.returncode == 0, done.stderr
-    answers: list[dict[str, Any]] = json.loads(done.stdout)
-    return answers
-
-
-def ours(case: Case) -> dict[str, Any]:
-    """The same answer from our library."""
-    library = DefinitionLibrary()
-    name, kind = case["main"], case["kind"]
-    try:
-        for other, text in case["types"].items():
-            parse = parse_service if other == name and kind == "srv" else parse_message
-            library.add(parse(text, other))
-        parts = [name] if kind == "msg" else [name + "Request", name + "Response"]
-        specs = [library.message(part) for part in parts]
-        return {
-            "md5": library.md5sum(name, kind=kind),
-            "full_text": [library.full_text(part) for part in parts],
-            "fields": [[[str(f.type), f.name] for f in spec.fields] for spec in specs],
-            "constants": [
-                [[c.type, c.name, c.text, repr(c.value)] for c in spec.constants] for spec in specs
-            ],
-            "header": [spec.has_header for spec in specs],
-        }
-    except DefinitionError as error:
-        return {"error": str(error)}
-
-
-def message(text: str, **used: str) -> Case:
-    types = {f"p/{name}": body for name, body in used.items()}
-    header = {"std_msgs/Header": "uint32 seq\ntime stamp\nstring frame_id\n"}
-    return {"types": {**header, **types, "p/T": text}, "main": "p/T", "kind": "msg"}
-
-
-def service(text: str, **used: str) -> Case:
-    return {"types": {**message("", **used)["types"], "p/S": text}, "main": "p/S", "kind": "srv"}
+    with debian("http://127.0.0.1:1") as peer:
+        return [peer.ask("definition", case) for case in cases]
 
 
 TRICKY = [
@@ -101,7 +53,6 @@ TRICKY = [
     "string A=x\r\n", "string A=\u00a0x\u00a0", "int8\u00a0a", "int8 a\u00a0", "\ufeffint8 a", "# \ufeff\nint8 a",
     "int8 a \\", "---", "int8 a\n---\nint8 b", "====", "MSG: p/T", "int8 a \u2028 # x", "int8 a\x1c\n", "int8\x1ca",
 ]  # fmt: skip
-USED = {"U": "int8 x # u\nint8 K=1\n", "V": "U u\nHeader header\n", "W": "X x", "X": "W[] w"}
 
 SERVICES = [
     "", "---", "---\n", "int8 a", "int8 a\n---", "int8 a\n---\n", "---\nint8 a", "int8 a\n---\nint8 a\n", "int8 a\r\n---\r\nint8 b\r\n",
@@ -128,7 +79,7 @@ def differing(cases: list[Case]) -> list[str]:
     """Cases where we and genmsg do not say the same."""
     wrong = []
     for case, theirs in zip(cases, genmsg(cases), strict=True):
-        mine = ours(case)
+        mine = read(case)
         if ("error" in mine) != ("error" in theirs) or ("error" not in mine and mine != theirs):
             wrong.append(f"{case['types'][case['main']]!r}:\n  we     {mine}\n  genmsg {theirs}")
     return wrong
@@ -148,59 +99,8 @@ def test_the_differences_are_exactly_these() -> None:
     """genmsg accepts each of them, and no generator can make code of it; we refuse with a reason."""
     cases = [message(text) for text in DIFFERENCES]
     for (text, why), case, theirs in zip(DIFFERENCES.items(), cases, genmsg(cases), strict=True):
-        assert "error" in ours(case), text
+        assert "error" in read(case), text
         assert "error" not in theirs, (text, why, theirs)
-
-
-ALPHABET = [
-    "int8", "uint8", "char", "byte", "bool", "string", "float32", "time", "Header", "U", "p/U", "std_msgs/Header", "header",
-    "a", "b", "A", "X1", "_", "=", "=", " = ", "#", "[]", "[3]", "[0]", "[", "]", "1", "-1", "255", "256", "1.5", "True", "'x'",
-    " ", " ", " ", " ", "  ", "\n", "\n", "\n", "\r\n", "\t", "---\n", "/", ".", "\\", '"',
-]  # fmt: skip
-
-
-def random_text(chance: random.Random) -> str:
-    """Mostly lines that are nearly legal, some of them noise."""
-    lines = []
-    for _ in range(chance.randrange(6)):
-        kind = chance.random()
-        name = f"f{chance.randrange(8)}"
-        array = chance.choice(["", "", "", "[]", "[2]", "[02]"])
-        base = chance.choice(ALPHABET[:12])
-        if kind < 0.5:
-            lines.append(f"{base}{array} {name}" + chance.choice(["", "  # x", " #=", "\r"]))
-        elif kind < 0.75:
-            value = chance.choice(["1", "-1", "200", "300", "x # y", "1.5", "True", "", "'a'", "0x1"])
-            lines.append(
-                f"{base}{chance.choice([' ', '  '])}{name.upper()}{chance.choice(['=', ' = ', '= '])}{value}"
-            )
-        else:
-            lines.append("".join(chance.choice(ALPHABET) for _ in range(chance.randrange(8))))
-    return "\n".join(lines) + chance.choice(["", "\n"])
-
-
-def unlike_anyone(text: str) -> bool:
-    """True for the documented differences: a constant whose name no generator can use."""
-    for line in text.split("\n"):
-        clean = line.partition("#")[0].strip()
-        left = clean.partition("=")[0].split()
-        indented = line[:1] in " \t" and clean.startswith("string")
-        if "=" in clean and (indented or len(left) != 2 or not left[1].isidentifier() or left[1][0] == "_"):
-            return True
-    return False
-
-
-@pytest.mark.parametrize("kind", ["msg", "srv"])
-def test_random_definitions_are_read_alike(kind: str) -> None:
-    """Two thousand of them, from a fixed seed: most are refused by both, hundreds accepted by both."""
-    chance = random.Random(20)
-    texts = [
-        random_text(chance) + ("---\n" + random_text(chance) if kind == "srv" else "") for _ in range(2000)
-    ]
-    make = service if kind == "srv" else message
-    cases = [make(text, **USED) for text in texts if not unlike_anyone(text)]
-    assert not differing(cases)[:3]
-    assert sum("error" not in ours(case) for case in cases) > 200
 
 
 def test_bundled_definitions_are_read_alike() -> None:

@@ -1,0 +1,287 @@
+"""Where we differ from Debian's tools on purpose, each with its reason; a run counts how often each was met."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+
+from tests.interop.compare.comparison import ERROR, Answer, Case, Difference
+from tests.interop.compare.definitions import unlike_anyone
+
+
+def _refusals(answer: Answer) -> list[bool]:
+    return [isinstance(step, dict) and ERROR in step for step in answer["steps"]]
+
+
+def _both_refuse(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return _refusals(theirs) == _refusals(ours) and True in _refusals(ours)
+
+
+def _in_case(pattern: str) -> Callable[[Case, Answer, Answer], bool]:
+    expression = re.compile(pattern)
+    return lambda case, theirs, ours: bool(expression.search(json.dumps(case, ensure_ascii=False)))
+
+
+def _lists(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """Only the outputs of `list` differ."""
+    steps = zip(case["steps"], theirs["steps"], ours["steps"], strict=True)
+    different = [step["words"][0] for step, one, other in steps if one.get("out") != other.get("out")]
+    return (
+        theirs["tree"] == ours["tree"] and set(different) <= {"list", "get", "dump"} and "list" in different
+    )
+
+
+def _pretty_lists(case: Case, theirs: Answer, ours: Answer) -> bool:
+    steps = zip(case["steps"], theirs["steps"], ours["steps"], strict=True)
+    return all(
+        one.get("out") == other.get("out")
+        or ("-p" in step["words"] and re.search(r"\w: - ", one.get("out", "")))
+        for step, one, other in steps
+    )
+
+
+def _crashes(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """A file holds no names and values, or an empty document."""
+    return any(
+        isinstance(one, dict)
+        and one.get(ERROR) in ("TypeError", "AttributeError")
+        and (step["words"][0] if isinstance(step, dict) else step[0]).startswith("load")
+        for step, one in zip(case["steps"], theirs["steps"], strict=True)
+    )
+
+
+def _option(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return any(step["words"][0] == "set" and step["words"][-1].startswith("-") for step in case["steps"])
+
+
+def _not_yaml(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """A text of the command line with a sign that YAML reserves, or a date."""
+    return any(
+        step["words"][0] == "set"
+        and ERROR not in other
+        and (
+            one.get(ERROR) in ("ParserError", "ScannerError", "ConstructorError")
+            or re.search(r"\? |\d{4}-\d\d-\d\d", step["words"][-1])
+        )
+        for step, one, other in zip(case["steps"], theirs["steps"], ours["steps"], strict=True)
+    )
+
+
+def _nameless(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return ERROR in ours and unlike_anyone(case["types"][case["main"]])
+
+
+def _lenient(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return ERROR in theirs and "classes" in ours
+
+
+def _bytes_left(case: Case, theirs: Answer, ours: Answer) -> bool:
+    read = ours.get("read", {})
+    return ERROR in read and "are left" in read["says"] and theirs.get("classes") is not None
+
+
+def _not_there(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """genpy cuts a length at the end of the bytes, or makes thousands of messages of none."""
+    read = theirs.get("read", {})
+    return ERROR in ours.get("read", {}) and (
+        len(read.get("text", "")) > 10_000 or not case["bytes"].startswith(read.get("bytes", "x"))
+    )
+
+
+def _large_nsecs(case: Case, theirs: Answer, ours: Answer) -> bool:
+    both = [answer.get("read", {}).get("bytes", "") for answer in (theirs, ours)]
+    return (
+        bool(re.search("time|duration|Header", case["text"]))
+        and len(both[0]) == len(both[1])
+        and case["bytes"].startswith(both[1])
+    )
+
+
+def _exact_time(case: Case, theirs: Answer, ours: Answer) -> bool:
+    if ERROR in theirs or ERROR in ours:
+        return False
+    both = [bytes.fromhex(answer["bytes"]) for answer in (theirs, ours)]
+    apart = sum(one != other for one, other in zip(*both, strict=False))
+    return (
+        len(both[0]) == len(both[1])
+        and apart <= 4
+        and bool(re.search("Time|Duration|Status|stamp|seq|Header|frame_id", json.dumps(case)))
+    )
+
+
+def _they_refuse(pattern: str) -> Callable[[Case, Answer, Answer], bool]:
+    """They refuse with this text, and we take it."""
+    expression = re.compile(pattern)
+    return lambda case, theirs, ours: (
+        ERROR in theirs and ERROR not in ours and expression.search(theirs["says"]) is not None
+    )
+
+
+def _we_refuse(pattern: str) -> Callable[[Case, Answer, Answer], bool]:
+    expression = re.compile(pattern)
+    return lambda case, theirs, ours: (
+        ERROR in ours and ERROR not in theirs and expression.search(ours["says"]) is not None
+    )
+
+
+def _octets(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return case["type"] in ("std_msgs/UInt8MultiArray", "sensor_msgs/CompressedImage") and (
+        "-p" in case["words"] or "b'" in theirs.get("out", "")
+    )
+
+
+def _escaped(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return theirs.get("out", "").replace("\t", "\\t") == ours.get("out")
+
+
+def _nested_strings(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return (
+        "--nostr" in case["words"] and "<string length:" in ours.get("out", "") and "-p" not in case["words"]
+    )
+
+
+def _nan(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """Both have NaN, of another sign: Python's YAML library makes a negative one."""
+    both = [re.sub("(f8ff|f87f|c0ff|c07f)", "nan", str(answer.get("bytes", ""))) for answer in (theirs, ours)]
+    return "nan" in both[0] and both[0] == both[1]
+
+
+_NOT_YAML = _they_refuse(
+    "start any token|2002:merge|while parsing|while scanning|'dict' object has no|datetime"
+)
+_NAMELESS = "Constants without a usable name (`int8 =1`) are refused: no generator can make code of them."
+_LENIENT = "Full texts of peers may have TABs, other lines of =, and faults in sections that nothing uses."
+
+DIFFERENCES: list[Difference] = [
+    Difference("Definition", _NAMELESS, _nameless),
+    Difference("DefinitionByLayer", _NAMELESS, _nameless),
+    Difference("FullText", _LENIENT, _lenient),
+    Difference("FullTextByLayer", _LENIENT, _lenient),
+    *[
+        Difference(
+            kind, "Fewer bytes than a length says are an error; genpy takes what is there.", _not_there
+        )
+        for kind in ("FullText", "FullTextByLayer")
+    ],
+    *[
+        Difference(kind, "Times from the wire stay as they are, also with 1e9 nsecs and more.", _large_nsecs)
+        for kind in ("FullText", "FullTextByLayer")
+    ],
+    Difference("Values", "A time in nanoseconds is exact; genpy computes with floats.", _exact_time),
+    Difference(
+        "Values",
+        "1e3 and 1.5e3 are numbers, as in JSON; YAML 1.1 calls them text.",
+        _in_case(r"\d[eE][-+]?\d|[-+]\.\d"),
+    ),
+    Difference(
+        "Values", "Angles such as deg(90) are numbers here, too, as in parameters.", _in_case(r"(deg|rad)\(")
+    ),
+    Difference(
+        "Values",
+        "A number with a point is a time in seconds; genpy refuses it.",
+        _they_refuse(r"args type: -?[0-9.]"),
+    ),
+    Difference(
+        "Values",
+        "A bool is 0 or 1; genpy sends any byte when nothing else is wrong.",
+        _we_refuse("is not a bool"),
+    ),
+    Difference(
+        "Values", "A text of the command line that is not YAML (@x, {a: #x}) is taken as it is.", _NOT_YAML
+    ),
+    Difference(
+        "RosserviceCall",
+        "A text of the command line that is not YAML (@x, {a: #x}) is taken as it is.",
+        _NOT_YAML,
+    ),
+    Difference(
+        "RosserviceCall",
+        "A bool is 0 or 1; genpy sends any byte when nothing else is wrong.",
+        _we_refuse("is not a bool"),
+    ),
+    Difference("Values", "3.0 fits a field of whole numbers.", _they_refuse("integer type")),
+    Difference(
+        "Values",
+        "null leaves a message as it is.",
+        _they_refuse(r"args type: None|ascii string|No key named \[\]|\[None\]"),
+    ),
+    Difference(
+        "Values",
+        "An empty list is a message without fields.",
+        _they_refuse(r"Given: \[\[\]\]\n \* Expected: \[\]"),
+    ),
+    Difference("Values", "true and false are not numbers.", _we_refuse("(True|False) is not a valid")),
+    Difference(
+        "Reply",
+        "Bytes for a string are sent as they are.",
+        _they_refuse("'bytes' object has no attribute 'encode'"),
+    ),
+    Difference(
+        "Publish",
+        "Bytes for a string are sent as they are.",
+        _they_refuse("'bytes' object has no attribute 'encode'"),
+    ),
+    Difference(
+        "RosserviceCall", "Negative numbers are values, not options.", _they_refuse("no such option: -[0-9.]")
+    ),
+    Difference(
+        "RosserviceCall",
+        "1e3 and 1.5e3 are numbers, as in JSON; YAML 1.1 calls them text.",
+        _in_case(r"\d[eE][-+]?\d|[-+]\.\d"),
+    ),
+    Difference(
+        "Cloud",
+        "Debian's point_cloud2 fails where it means to warn.",
+        _they_refuse("name 'sys' is not defined"),
+    ),
+    Difference(
+        "RostopicEcho",
+        "Control characters in CSV are escaped: a peer's text does not reach the terminal.",
+        _escaped,
+    ),
+    Difference(
+        "RostopicEcho",
+        "uint8[] is printed as numbers, in columns of CSV and by itself; rostopic has no columns, and b''.",
+        _octets,
+    ),
+    Difference("RostopicEcho", "--nostr leaves strings out in arrays of messages, too.", _nested_strings),
+    Difference("Values", "The sign of .nan, which has no meaning.", _nan),
+    Difference("FullText", "Bytes behind the last field are an error; genpy ignores them.", _bytes_left),
+    Difference(
+        "RosparamCommand",
+        "A file with one value, or with an empty document, is loaded; rosparam crashes.",
+        _crashes,
+    ),
+    Difference(
+        "RosparamFunctions", "A document that is not names and values is taken; rosparam crashes.", _crashes
+    ),
+    Difference(
+        "RosparamCommand",
+        "`param set NAME '- x'` takes the list; rosparam's parser takes it for an option.",
+        _option,
+    ),
+    Difference(
+        "RosparamCommand",
+        "A text of the command line that is not YAML (@x, {a: #x}) is taken as it is.",
+        _not_yaml,
+    ),
+    Difference(
+        "RosparamCommand",
+        "All values are checked before the first is set; rosparam sets some, then fails.",
+        _both_refuse,
+    ),
+    Difference(
+        "RosparamCommand",
+        "`param list NAME` lists NAME itself, too, and nothing rather than an empty line.",
+        _lists,
+    ),
+    Difference(
+        "RosparamCommand", "`rosparam get -p` prints lists as `b: - 1`, which is not YAML.", _pretty_lists
+    ),
+    Difference(
+        "RosparamCommand",
+        "On a command line 1e3, 1.5e3 and -.5 are numbers, as in JSON; in YAML 1.1 they are text.",
+        _in_case(r"(\d|\d\.\d*)[eE]\d|[-+]\.\d"),
+    ),
+]
