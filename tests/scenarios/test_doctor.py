@@ -142,6 +142,16 @@ def test_a_silent_topic_and_a_competitor():
     assert any(name in f.text for f in found["competitor"])
 
 
+def test_a_clock_that_runs_faster():
+    """A simulated robot at six times real time: how far its clock is ahead is another number each second."""
+    with SimulatedChassis(speed=6) as sim:
+        found = findings(sim.master_uri)["clock"][0]
+    assert found.level is Level.OK
+    rate = re.search(r"runs ([\d.]+) times as fast as ours", found.text)
+    assert rate
+    assert 3.0 < float(rate[1]) < 12.0
+
+
 def test_a_clock_that_is_off():
     with SimulatedChassis(full_graph=False) as sim:
         sim.set_clock(100.0)

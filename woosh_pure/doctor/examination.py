@@ -36,6 +36,7 @@ CORE = ("/robot_status", "/exec_task", "/move_base")
 """Present on every chassis; all other rows depend on the model."""
 _CABLE = ipaddress.ip_network("169.254.128.0/24")
 _FIRST, _LAST = ipaddress.IPv4Address("169.254.128.20"), ipaddress.IPv4Address("169.254.128.49")
+_RATE_SECONDS = 0.3  # a shorter time says nothing about a rate: messages arrive in bursts
 _HARMLESS = "/rgbled"
 """Advertised without publishing: the chassis's node still connects back to us."""
 
@@ -265,6 +266,17 @@ def _topics(node: rosproto.Node, state: rosproto.node.SystemState, listen: float
         feed.close()
 
 
+def _rate(feeds: list[Feed[object]]) -> float | None:
+    """Seconds of the robot's stamps in one second of ours; None when too little was heard."""
+    rates = []
+    for feed in feeds:
+        stamped = [(reading.received, reading.stamp) for reading in feed.history if reading.stamp is not None]
+        if stamped and stamped[-1][0] - stamped[0][0] > _RATE_SECONDS:
+            (began, first), (ended, last) = stamped[0], stamped[-1]
+            rates.append((last - first) / (ended - began))
+    return statistics.median(rates) if rates else None
+
+
 def _clock(feeds: list[Feed[object]]) -> Iterator[Finding]:
     offsets = [
         reading.stamp - (time.time() - reading.age)
@@ -273,6 +285,14 @@ def _clock(feeds: list[Feed[object]]) -> Iterator[Finding]:
         if reading.stamp is not None
     ]
     if not offsets:
+        return
+    rate = _rate(feeds)
+    if rate is not None and not 0.67 < rate < 1.5:  # its offset from ours is another one each second
+        text = say(
+            "the robot's clock runs {rate:.1f} times as fast as ours: it is simulated, or being set",
+            rate=rate,
+        )
+        yield ok("clock", text)
         return
     offset = statistics.median(offsets)
     if offset > 0:
