@@ -90,4 +90,4 @@ def test_a_library_does_the_same_with_random_input(program: str, library: str, w
         theirs = pool.submit(run_program, program, seed, "150", real=True)
         ours = pool.submit(run_program, program, seed, "150", real=False)
     assert ours.result().compared() == theirs.result().compared(), f"{program} {seed} 150"
-    assert sum(word in line for line in ours.result().out) > 100
+    assert sum(word in line for line in ours.result().out) > 9

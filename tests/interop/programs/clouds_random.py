@@ -84,7 +84,7 @@ def create():
     made, _ = fields(odd=draw.random() < 0.5)
     count = sum(field.count for field in made) + draw.choice([0, 0, 0, 0, 1, -1])
     kinds = [field.datatype for field in sorted(made, key=lambda f: f.offset) for _ in range(field.count)]
-    points = [[value((kinds + [7])[i]) for i in range(max(0, count)) if i <= len(kinds)] for _ in range(3)]
+    points = [[value([*kinds, 7][i]) for i in range(max(0, count)) if i <= len(kinds)] for _ in range(3)]
     print("create", [(f.offset, f.datatype, f.count) for f in made], points)
     shown(lambda: point_cloud2.create_cloud(Header(frame_id="f"), made, points))
     shown(lambda: point_cloud2.create_cloud_xyz32(Header(frame_id="f"), [point[:3] for point in points]))
