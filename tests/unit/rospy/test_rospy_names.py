@@ -18,6 +18,8 @@ REACHED = """
     tf2_ros.TFMessage tf2_ros.TransformStamped tf2_ros.BufferClient
     tf2_ros.transform_listener.TransformListener tf2_ros.transform_broadcaster.TransformBroadcaster
     tf2_ros.static_transform_broadcaster.StaticTransformBroadcaster tf2_ros.buffer_interface.TypeException
+    tf2_ros.tf2.LookupException tf2_ros.GoalStatus tf.listener.xyz_to_mat44 tf.listener.xyzw_to_mat44
+    tf.listener.transformations.quaternion_matrix sensor_msgs.point_cloud2._get_struct_fmt
     actionlib.simple_action_client.GoalStatus genpy.message.check_type
 """.split()
 
@@ -25,7 +27,7 @@ REACHED = """
 def test_names_of_modules_inside_are_reached_as_attributes(tmp_path: Path) -> None:
     """As programs and the packages beside them write them."""
     code = f"""
-        import actionlib, genpy, roslib.message, roslib.packages, rosnode, rospy, tf2_ros
+        import actionlib, genpy, roslib.message, roslib.packages, rosnode, rospy, sensor_msgs.point_cloud2, tf, tf2_ros
         for name in {REACHED}:
             eval(name)
         print(tf2_ros.TransformListener.__module__)

@@ -15,6 +15,13 @@ from geometry_msgs.msg import (
 
 import tf  # for tf.transformations, which is imported on first use
 
+
+def __getattr__(name):
+    if name == "transformations":
+        return tf.transformations
+    raise AttributeError("module %r has no attribute %r" % (__name__, name))
+
+
 _ALONE = "cannot wait for transform without a dedicated thread that listens to incoming TF messages"
 
 
@@ -191,6 +198,16 @@ def _pose_matrix(translation, rotation):
     return tf.transformations.translation_matrix(translation) @ tf.transformations.quaternion_matrix(rotation)
 
 
+def xyz_to_mat44(pos):
+    """The (4, 4) matrix of a Point or Vector3."""
+    return tf.transformations.translation_matrix((pos.x, pos.y, pos.z))
+
+
+def xyzw_to_mat44(ori):
+    """The (4, 4) matrix of a Quaternion."""
+    return tf.transformations.quaternion_matrix((ori.x, ori.y, ori.z, ori.w))
+
+
 def _times(matrix, v):
     return (matrix @ (v.x, v.y, v.z, 1.0)).tolist()[:3]
 
@@ -228,16 +245,14 @@ class TransformerROS(Transformer):
     def transformQuaternion(self, target_frame, ps):
         """Transform a QuaternionStamped."""
         result, matrix = self._moved(QuaternionStamped, target_frame, ps)
-        q = ps.quaternion
-        turned = matrix @ tf.transformations.quaternion_matrix((q.x, q.y, q.z, q.w))
+        turned = matrix @ xyzw_to_mat44(ps.quaternion)
         result.quaternion = Quaternion(*tf.transformations.quaternion_from_matrix(turned).tolist())
         return result
 
     def transformPose(self, target_frame, ps):
         """Transform a PoseStamped."""
         result, matrix = self._moved(PoseStamped, target_frame, ps)
-        p, q = ps.pose.position, ps.pose.orientation
-        moved = matrix @ _pose_matrix((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+        moved = matrix @ (xyz_to_mat44(ps.pose.position) @ xyzw_to_mat44(ps.pose.orientation))
         result.pose = Pose(
             Point(*tf.transformations.translation_from_matrix(moved).tolist()),
             Quaternion(*tf.transformations.quaternion_from_matrix(moved).tolist()),

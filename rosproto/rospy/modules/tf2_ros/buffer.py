@@ -2,8 +2,8 @@
 
 import rosgraph
 import rospy
+import tf2_py as tf2
 from tf2_msgs.srv import FrameGraph, FrameGraphResponse
-from tf2_py import BufferCore
 
 from .buffer_interface import ZERO, BufferInterface
 
@@ -11,11 +11,11 @@ DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
 MAX_JUMP = rospy.Duration(3.0)
 
 
-class Buffer(BufferCore, BufferInterface):
+class Buffer(tf2.BufferCore, BufferInterface):
     """Transforms of the last `cache_time` (default 10 s)."""
 
     def __init__(self, cache_time=None, debug=True):
-        BufferCore.__init__(self, cache_time)
+        tf2.BufferCore.__init__(self, cache_time)
         BufferInterface.__init__(self)
         if debug:
             try:

@@ -2,17 +2,18 @@
 
 import actionlib
 import rospy
-import tf2_py
+import tf2_py as tf2
+from actionlib_msgs.msg import GoalStatus
 from tf2_msgs.msg import LookupTransformAction, LookupTransformGoal
 
 from .buffer_interface import ZERO, BufferInterface
 
 _ERRORS = {
-    1: tf2_py.LookupException,
-    2: tf2_py.ConnectivityException,
-    3: tf2_py.ExtrapolationException,
-    4: tf2_py.InvalidArgumentException,
-    5: tf2_py.TimeoutException,
+    1: tf2.LookupException,
+    2: tf2.ConnectivityException,
+    3: tf2.ExtrapolationException,
+    4: tf2.InvalidArgumentException,
+    5: tf2.TimeoutException,
 }
 
 PADDING = rospy.Duration.from_sec(2.0)
@@ -62,24 +63,24 @@ class BufferClient(BufferInterface):
     def _can(look_up, *arguments):
         try:
             look_up(*arguments)
-        except tf2_py.TransformException:
+        except tf2.TransformException:
             return False
         return True
 
     def _answer(self, goal):
         self.client.send_goal(goal)
         if not self.client.wait_for_result(goal.timeout + self.timeout_padding):
-            raise tf2_py.TimeoutException(
+            raise tf2.TimeoutException(
                 "The LookupTransform goal sent to the BufferServer did not come back in the specified time."
                 " Something is likely wrong with the server"
             )
-        if self.client.get_state() != actionlib.GoalStatus.SUCCEEDED:
-            raise tf2_py.TimeoutException(
+        if self.client.get_state() != GoalStatus.SUCCEEDED:
+            raise tf2.TimeoutException(
                 "The LookupTransform goal sent to the BufferServer did not come back with SUCCEEDED status."
                 " Something is likely wrong with the server."
             )
         result = self.client.get_result()
         if result.error.error:
-            kind = _ERRORS.get(result.error.error, tf2_py.TransformException)
+            kind = _ERRORS.get(result.error.error, tf2.TransformException)
             raise kind(result.error.error_string)
         return result.transform

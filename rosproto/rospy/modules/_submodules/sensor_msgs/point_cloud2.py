@@ -30,7 +30,7 @@ def read_points(cloud, field_names=None, skip_nans=False, uvs=[]):  # noqa: B006
     """
     # Not isinstance: what comes from a bag is of another class.
     assert getattr(cloud, "_type", "") == PointCloud2._type, "cloud is not a sensor_msgs.msg.PointCloud2"
-    unpack = struct.Struct(_format(cloud.is_bigendian, cloud.fields, field_names)).unpack_from
+    unpack = struct.Struct(_get_struct_fmt(cloud.is_bigendian, cloud.fields, field_names)).unpack_from
     data = cloud.data
     rows, columns = range(cloud.height), range(cloud.width)
     for column, row in uvs or ((column, row) for row in rows for column in columns):
@@ -50,7 +50,7 @@ def read_points_list(cloud, field_names=None, skip_nans=False, uvs=[]):  # noqa:
 
 def create_cloud(header, fields, points):
     """A PointCloud2 of one row from a list of tuples."""
-    layout = struct.Struct(_format(False, fields))
+    layout = struct.Struct(_get_struct_fmt(False, fields))
     data = bytearray(layout.size * len(points))
     for i, point in enumerate(points):
         layout.pack_into(data, layout.size * i, *point)
@@ -74,7 +74,7 @@ def create_cloud_xyz32(header, points):
     return create_cloud(header, fields, points)
 
 
-def _format(is_bigendian, fields, field_names=None):
+def _get_struct_fmt(is_bigendian, fields, field_names=None):  # programs use it by this name
     text, end = ">" if is_bigendian else "<", 0
     for field in sorted(fields, key=lambda field: field.offset):
         if field_names is not None and field.name not in field_names:
