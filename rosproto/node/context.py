@@ -7,9 +7,11 @@ gets those, not the context.
 from __future__ import annotations
 
 import itertools
+import threading
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
+from rosproto.errors import ConnectionLost
 from rosproto.logs import PeerLog
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.events import Event, Events
@@ -53,7 +55,6 @@ class Context:
         listening: The node's present servers and address.
         registrations: All registrations at the master; the master monitor repeats them after a restart of
             the master or a change of our address.
-        link_monitor: The thread that watches all subscribers.
         events: The latest events; `emit` adds one and calls `on_event`.
         peer_log: Bounded log of events that peers cause.
         local_nodes: Nodes of this process that are connected without sockets; None to use sockets only.
@@ -90,10 +91,31 @@ class Context:
         self.master_address = (self.hosts.mapped(host_of_master), port)
         self.master_hosts: frozenset[str] = frozenset()
         self.master_lost = False
-        self.link_monitor = LinkMonitor(name)
+        self._link_monitor: LinkMonitor | None = None
+        self._monitor_lock = threading.Lock()
         self.registrations = Registrations(
             self.master, self.master.within(FAREWELL_SECONDS), lambda: self.master_lost
         )
+
+    @property
+    def link_monitor(self) -> LinkMonitor:
+        """Watches all subscribers of other processes; made with the first of them, as it takes three files.
+
+        Raises:
+            ConnectionLost: No file is left to open, or the node is closed.
+        """
+        with self._monitor_lock:
+            if self._link_monitor is None:
+                if self.lifecycle.ended.is_set():
+                    raise ConnectionLost(f"the node {self.name} is closed")
+                self._link_monitor = LinkMonitor(self.name)
+            return self._link_monitor
+
+    def _close_link_monitor(self, seconds: float) -> None:
+        with self._monitor_lock:
+            monitor = self._link_monitor
+        if monitor is not None:
+            monitor.close(seconds)
 
     def new_master_client(self, timeout: float) -> MasterClient:
         """A client with connections separate from those of `master`, and `timeout` seconds for a call."""
@@ -129,11 +151,10 @@ class Context:
     def close_servers(self, seconds: float) -> None:
         """Close the servers, the link monitor and the client of the master."""
         self.listening.endpoints.close(seconds)
-        self.link_monitor.close(seconds)
+        self._close_link_monitor(seconds)
         self.master.close()
 
     def give_up(self) -> None:
         """Close a node that could not listen and has registered nothing."""
         self.master.close()
-        self.link_monitor.close()
         self.lifecycle.end()

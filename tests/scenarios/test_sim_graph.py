@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
+import sys
+import threading
 import time
+from contextlib import ExitStack
 
 import pytest
 
@@ -29,6 +33,22 @@ def test_the_state_is_told_at_the_start_and_after_a_silence():
         sim.press_emergency_stop()
         with Chassis(sim.master_uri) as chassis:
             assert chassis.status.wait_for(lambda status: status.robot_state is RobotState.FAULT, 5.0)
+
+
+def files() -> int:
+    return len(os.listdir("/proc/self/fd"))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="open files are counted in /proc")
+def test_a_whole_robot_needs_few_threads_and_files() -> None:
+    """Its twenty nodes share what waits: three robots in one process took 1,024 files."""
+    threads, opened = threading.active_count(), files()
+    with ExitStack() as stack:
+        robots = [stack.enter_context(SimulatedChassis()) for _ in range(2)]
+        until(lambda: all(robot.graph.internal_clients["/move_base"].servers for robot in robots))
+        assert threading.active_count() - threads <= 2 * 40
+        assert files() - opened <= 2 * 60
+    until(lambda: files() - opened <= 3, what="the end of the robots' sockets")
 
 
 def test_the_clock_is_right_again_after_the_computer_was_busy(until):

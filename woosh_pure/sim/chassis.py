@@ -45,8 +45,8 @@ from woosh_pure.values.state import RobotStatus
 
 logger = get_logger("woosh_pure.sim")
 MAX_FILES = 1024
-"""Forty nodes and a few clients have 600 open files and sockets; above 1024 `select` would fail in other
-libraries."""
+"""The nodes of a robot have 50 open files and sockets at rest, and some for each client; above 1024 `select`
+would fail in other libraries."""
 _TICK = 0.02
 _CODE_EVERY = 1.0  # s of wall time after which the last status code is published again
 _STEP = 0.02

@@ -195,7 +195,7 @@ class PublisherLink:
         return True
 
     def _work(self, part: Callable[[], bool]) -> bool:
-        """Do a part of a session; unless it returns that the session goes on, end it, and wait to try again."""
+        """Do a part of a session; unless it returns that the session goes on, end it and wait to retry."""
         self._worker = threading.get_ident()
         goes_on = over = False
         try:

@@ -179,7 +179,7 @@ def accept(publication: Publication, request: DatagramRequest, *, links: int) ->
     """
     context, fields = publication.context, request.header
     address = format_address(request.host, request.port)
-    output = publication.output_for(fields, address)
+    output, monitor = publication.output_for(fields, address), context.link_monitor
     sock = open_sender(context.hosts.mapped(request.host), request.port, Deadline(ADDRESS_SECONDS))
     peer, own = sock.getpeername()[:2], sock.getsockname()
     why = ""
@@ -201,7 +201,7 @@ def accept(publication: Publication, request: DatagramRequest, *, links: int) ->
         id=context.next_link_id(),
         datagram_bytes=request.datagram_bytes,
         queue_size=publication.queue_size,
-        monitor=context.link_monitor,
+        monitor=monitor,
         on_closed=publication.link_closed,
     )
     publication.prepare(output)

@@ -162,6 +162,7 @@ class Publication:
         try:
             output = self.output_for(fields, address)
             greeting = encode_header(self.header(output))
+            monitor = self.context.link_monitor
         except RosError as error:
             self._refuse(sock, fields, address, error)
             return
@@ -174,7 +175,7 @@ class Publication:
             address=address,
             topic=self.name,
             queue_size=self.queue_size,
-            monitor=self.context.link_monitor,
+            monitor=monitor,
             on_closed=self.link_closed,
             id=self.context.next_link_id(),
             greeting=greeting,
