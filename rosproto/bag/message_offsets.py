@@ -82,7 +82,9 @@ class MessageTable(NamedTuple):
         """Rows from `low` to `high`, ns, both included; None is unbounded."""
         if low is None and high is None:
             return self
-        time, first, last = self.time, -1 if low is None else low, 1 << 62 if high is None else high
+        first = -1 if low is None else low
+        last = 1 << 62 if high is None else high  # later than every stamp
+        time = self.time
         return self.take((time >= first) & (time <= last))
 
     def in_time_order(self) -> MessageTable:
