@@ -83,7 +83,12 @@ def _scalar(text: str) -> object:
 def _integer(text: str) -> int:
     """YAML 1.1: 10, 0x1F, 0b11, 1_000, and octal 017."""
     digits = text.lstrip("+-").replace("_", "")
-    if len(text) - len(text.lstrip("+-")) > 1 or not digits.isascii() or digits != digits.strip() or "o" in digits:
+    if (
+        len(text) - len(text.lstrip("+-")) > 1
+        or not digits.isascii()
+        or digits != digits.strip()
+        or "o" in digits
+    ):
         raise ValueError(text)
     sign = -1 if text[0] == "-" else 1
     if digits[:2] in ("0x", "0b"):
@@ -145,6 +150,8 @@ class _Parser:
         found: list[object] = []
         self._blanks()
         while not self._take("]"):
+            if self.text[self.position : self.position + 1] == ",":
+                raise self.wrong("an element")
             found.append(self.value(",]", depth + 1))
             if not self._take(",") and self.text[self.position : self.position + 1] != "]":
                 raise self.wrong("`,` or `]`")

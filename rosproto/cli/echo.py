@@ -24,7 +24,7 @@ from rosproto.cli.console import (
 )
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.expression import Expression
-from rosproto.cli.fields import header, parse_field_path, row, split_topic
+from rosproto.cli.fields import MissingElement, header, parse_field_path, row, split_topic
 from rosproto.cli.graph_clients import absolute, below, master_client, open_node
 from rosproto.cli.parser import near
 from rosproto.codec import strify_message
@@ -151,10 +151,13 @@ class _Printer:
         self.arguments = arguments
         self.filter = Expression(arguments.filter, ("m", "topic")) if arguments.filter else None
         since = Time.from_sec(time.time()) if arguments.offset else None
-        self.view = ValueFilter(no_arrays=arguments.noarr, no_strings=arguments.nostr, since=since)
+        self.view = ValueFilter(
+            no_arrays=arguments.noarr, no_strings=arguments.nostr, since=since, columns=arguments.csv
+        )
         self.take = parse_field_path("")
         self.several = False
         self.shown = 0
+        self.missed = False
         self.drawn: list[tuple[str, Take]] = []  # topic, and the getter of the number
         self.curves: PlotSamples | None = None
         self.due = 0.0
@@ -190,12 +193,19 @@ class _Printer:
         """Print one message, if the filter accepts it."""
         if self.filter is not None and not self.filter(m=message, topic=topic):
             return
-        self.shown += 1
         if self.curves is not None:
+            self.shown += 1
             self._plot(self.curves, topic, message, received)
             sys.stdout.flush()
             return
-        value = self.take(message)
+        try:
+            value = self.take(message)
+        except MissingElement as error:  # the next message may be longer
+            if not self.missed:
+                warn(f"{error}; messages without it are left out")
+            self.missed = True
+            return
+        self.shown += 1
         if self.arguments.clear:
             clear(sys.stdout)
         if self.arguments.offset and not self.arguments.bag:
@@ -218,7 +228,8 @@ class _Printer:
         return strify_message(self.view(value), width=self.arguments.width)
 
     def _csv(self, value: Any, received: Time) -> None:
-        stamp = value.header.stamp if getattr(value, "_has_header", False) else received
+        stamped = getattr(value, "_has_header", False) and not self.arguments.bag
+        stamp = value.header.stamp if stamped else received
         value = self.view(value)
         if self.shown == 1:
             print("%time," + ",".join(header(value, "field")))
@@ -372,20 +383,31 @@ class ValueFilter:
         no_arrays: An array becomes `<array type: float32, length: 1080>`, as rostopic writes it.
         no_strings: A string becomes `<string length: 5>`.
         since: Times become durations since this time; None keeps them.
+        columns: For CSV: arrays and strings are left out, without a text in their place.
     """
 
     def __init__(
-        self, *, no_arrays: bool = False, no_strings: bool = False, since: Time | None = None
+        self,
+        *,
+        no_arrays: bool = False,
+        no_strings: bool = False,
+        since: Time | None = None,
+        columns: bool = False,
     ) -> None:
         self._no_arrays = no_arrays
         self._no_strings = no_strings
+        self._columns = columns
         self.since = since
 
     def __call__(self, value: object) -> object:
         """Return the value to print."""
         if isinstance(value, Time) and self.since is not None:
             return value - self.since
-        if not (self._no_arrays or self._no_strings or self.since) or not isinstance(value, Message):
+        if not (self._no_arrays or self._no_strings or self.since):
+            return value
+        if isinstance(value, list):  # of messages: /status/status_list
+            return [self(item) for item in value]
+        if not isinstance(value, Message):
             return value
         copy = object.__new__(type(value))
         for name, kind in zip(value.__slots__, value._slot_types, strict=True):
@@ -394,13 +416,9 @@ class ValueFilter:
 
     def _field(self, value: Any, kind: str) -> object:
         base, bracket, _ = kind.partition("[")
-        if bracket and self._no_arrays:
-            return _PlainText(f"<array type: {base}, length: {len(value)}>")
-        if base == "string" and self._no_strings:
-            total = len(value) if not bracket else sum(map(len, value))
-            return _PlainText(f"<string length: {total}>")
-        if isinstance(value, list):
-            return [self(item) for item in value]
+        if (bracket and self._no_arrays) or (base == "string" and self._no_strings):
+            what = f"array type: {base}," if bracket else "string"
+            return [] if self._columns else _PlainText(f"<{what} length: {len(value)}>")
         return self(value)
 
 

@@ -27,6 +27,10 @@ class FieldPathError(ValueError):
         self.path = path
 
 
+class MissingElement(FieldPathError):
+    """This message's array is too short."""
+
+
 def split_topic(text: str, topics: list[str]) -> tuple[str, str]:
     """Split `/odom/pose/pose/position/x` at the longest known topic name.
 
@@ -94,7 +98,7 @@ def _element(value: object, index: int | slice, path: str) -> object:
     try:
         found = value[index]  # type: ignore[index]
     except IndexError:
-        raise FieldPathError(f"index {index} is out of range, the length is {len(value)}", path) from None  # type: ignore[arg-type]
+        raise MissingElement(f"index {index} is out of range, the length is {len(value)}", path) from None  # type: ignore[arg-type]
     except TypeError:
         raise FieldPathError(f"{type(value).__name__} is not an array", path) from None
     # numpy numbers print and compare differently, and JSON does not support them.

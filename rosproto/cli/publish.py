@@ -14,7 +14,7 @@ from rosproto.cli.console import is_terminal, warn
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.graph_clients import absolute, master_client, open_node
 from rosproto.cli.graph_options import library_for
-from rosproto.cli.yaml_values import load_documents, value_of
+from rosproto.cli.yaml_values import fields_of, load_documents
 from rosproto.codec import Message, message_class
 from rosproto.codec.dicts import from_dict
 from rosproto.errors import RosTimeout
@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> None:
     if piped and is_terminal(sys.stdin) and arguments.file is None:
         fields = ", ".join(f"{name}: ..." for name in cls.__slots__)
         raise ValueError(f"no values: write '{{{fields}}}', or the fields in order, or -f FILE")
-    messages = [] if piped else _messages(arguments)
+    messages = [] if piped else _messages(arguments, cls)
     for value in messages:
         from_dict(cls, value, now=Time(1, 0))  # refuse wrong values before advertising
     _warn_of_another_type(arguments)
@@ -59,11 +59,10 @@ def run(arguments: argparse.Namespace) -> None:
             _latched(publisher, cls, messages, arguments)
 
 
-def _messages(arguments: argparse.Namespace) -> list[object]:
+def _messages(arguments: argparse.Namespace, cls: type[Message]) -> list[object]:
     """Return the values of each message."""
     if arguments.file is None:
-        values = [value_of(word) for word in arguments.values]
-        return [values[0] if len(values) == 1 else values or None]
+        return [fields_of(arguments.values, cls)]
     lines = read_text(arguments.file).splitlines(keepends=True)
     found = list(load_documents(lines, arguments.file))
     if not found:

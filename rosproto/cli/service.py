@@ -21,7 +21,7 @@ from rosproto.cli.graph_clients import (
 from rosproto.cli.graph_options import add_verbs, host_names, library_for
 from rosproto.cli.options import argument, positive
 from rosproto.cli.parser import near
-from rosproto.cli.yaml_values import load_documents, to_flow, value_of
+from rosproto.cli.yaml_values import fields_of, load_documents, to_flow
 from rosproto.errors import DefinitionError, MasterError, RosError, RosTimeout
 from rosproto.text import printable
 
@@ -212,9 +212,9 @@ def _requests(arguments: argparse.Namespace, cls: type[Message]) -> list[object]
         ValueError: The request has fields, but no values are given.
     """
     if not cls.__slots__:
-        return [_request_values(arguments.values, cls)]
+        return [fields_of(arguments.values, cls)]
     if arguments.values:
-        found = [_request_values(arguments.values, cls)]
+        found = [fields_of(arguments.values, cls)]
     elif sys.stdin is None or is_terminal(sys.stdin):
         found = []
     else:
@@ -234,13 +234,3 @@ def _ask_for_fields(service: str, cls: type[Message]) -> str:
         f"the request of {service} has fields, and no values were given: {fields}; nothing was called. "
         f'To copy: rosproto service call {service} "{template}"'
     )
-
-
-def _request_values(words: list[str], cls: type[Message]) -> object:
-    """Return a dict, or the fields in order; None without words."""
-    values = [value_of(word) for word in words]
-    if not values:
-        return None
-    if len(values) == 1 and (isinstance(values[0], dict) or len(cls.__slots__) != 1):
-        return values[0]
-    return values

@@ -9,10 +9,13 @@ import base64
 import itertools
 import re
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.cli.exit_codes import CommandError
 from rosproto.typed_values import angle_loader, parse_value
+
+if TYPE_CHECKING:
+    from rosproto.codec import Message
 
 BLOCK = re.compile(r":(\s|$)|^\s*[-?!&*|>]")
 """A text that YAML takes for more than itself: `a: 1`, `- 1`, `!degrees 90`."""
@@ -120,6 +123,16 @@ def value_of(word: str) -> object:
             return _only(_load_with_library(word, "the value"), "the value")
         except (ModuleNotFoundError, CommandError):
             raise error from None
+
+
+def fields_of(words: list[str], cls: type[Message]) -> object:
+    """Return the fields of a message from the words of a command line: a dict or a list; None without any."""
+    values = [value_of(word) for word in words]
+    if not values:
+        return None
+    if len(values) == 1 and (isinstance(values[0], dict) or len(cls.__slots__) != 1):
+        return values[0]
+    return values
 
 
 def load_documents(lines: Iterable[str], origin: str) -> Iterator[object]:

@@ -116,7 +116,7 @@ def _value(
     if kind == "string":
         return _string(value, path, top)
     if kind == "bool":
-        if isinstance(value, (bool, int)):
+        if isinstance(value, int) and value in (0, 1):
             return bool(value)
         raise _wrong(f"{value!r} is not a bool: write true or false", path, top)
     if kind in INTEGERS or kind in FLOATS:
@@ -161,9 +161,9 @@ def _string(value: object, path: str, top: str) -> str:
         return ""
     if isinstance(value, str):
         return value
-    if isinstance(value, (int, float)):  # `frame_id: 1` typed without quotes
-        return str(value)
-    raise _wrong(f"{value!r} is not a string", path, top)
+    # What was typed is not known any more: 007 has become 7.
+    hint = "; quote it" if isinstance(value, (int, float)) else ""
+    raise _wrong(f"{value!r} is not a string{hint}", path, top)
 
 
 def _time(kind: str, value: object, now: Time | None, path: str, top: str) -> TVal:

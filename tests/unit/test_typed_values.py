@@ -33,7 +33,7 @@ from rosproto.typed_values import parse_value
         ("-1:30:00.5", -5400.5),
         ("deg(90)", math.pi / 2),
         ("[rad(pi/2), 'deg(90)', deg 90]", [math.pi / 2, "deg(90)", "deg 90"]),
-        ("{1: a, yes: b, '2': c}", {1: "a", True: "b", "2": "c"}),
+        ("{2: a, yes: b, '2': c}", {2: "a", True: "b", "2": "c"}),
         (".inf", math.inf),
         ("-.INF", -math.inf),
         ("true", True),

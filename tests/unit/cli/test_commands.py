@@ -269,6 +269,32 @@ def test_echo_of_a_whole_bag_needs_no_topic(rosproto: Call, tmp_path: Path) -> N
     assert out == 'data: "first"\n---\ndata: 2\n---\n'
 
 
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    """Three messages of joints, the second without positions, recorded at 1, 2 and 3 s."""
+    joints = message_class("sensor_msgs/JointState")
+    with BagWriter(tmp_path / "joints.bag") as writer:
+        for number, positions in enumerate(([0.5], [], [1.5]), 1):
+            writer.write("/j", joints(name=["a b"], position=positions), float(number))
+    return tmp_path / "joints.bag"
+
+
+def test_echo_leaves_out_messages_whose_array_is_too_short(rosproto: Call, bag: Path) -> None:
+    """It ended there; rostopic goes on, too."""
+    code, out, err = rosproto(f"topic echo -b {bag} /j/position[0]")
+    assert (code, out) == (0, "0.5\n---\n1.5\n---\n")
+    assert err.count("index 0 is out of range") == 1
+
+
+def test_echo_prints_rostopics_columns(rosproto: Call, bag: Path) -> None:
+    """The time is that of the bag; what --noarr and --nostr leave out has no column."""
+    line = f"topic echo -b {bag} /j -n 1"
+    assert rosproto(f"{line} -p --noarr --nostr")[1] == (
+        "%time,field.header.seq,field.header.stamp\n1000000000,0,0\n"
+    )
+    assert 'name: "<array type: string, length: 1>"' in rosproto(f"{line} --nostr")[1]
+
+
 def test_echo_tells_refused_from_unreachable(
     rosproto: Call, graph: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

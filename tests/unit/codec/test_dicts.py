@@ -49,7 +49,8 @@ def test_by_name_and_by_position(value: object) -> None:
 def test_one_bare_value() -> None:
     """`rostopic pub /say std_msgs/String hello` needs no braces."""
     assert from_dict(String, "hello").data == "hello"
-    assert from_dict(String, 5).data == "5"
+    with pytest.raises(CodecError, match="5 is not a string; quote it"):
+        from_dict(String, 5)  # 007 would be "7"
 
 
 def test_arrays_of_messages() -> None:
