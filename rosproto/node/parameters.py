@@ -365,8 +365,13 @@ def leaves(key: str, value: object) -> Iterator[tuple[str, object]]:
         yield from leaves(join(key, name), item)
 
 
-def plain_value(value: object, key: str) -> object:
+def plain_value(value: object, key: str, *, in_list: bool = False) -> object:
     """`value` as XML-RPC can carry it: numpy scalars and arrays, tuples and mappings made plain.
+
+    Args:
+        value: Any value.
+        key: The parameter, for the text of an error.
+        in_list: A dict in a list is a value, not a namespace, and may have any strings as keys.
 
     Raises:
         ValueError: Something in it cannot be stored as a parameter.
@@ -378,16 +383,19 @@ def plain_value(value: object, key: str) -> object:
             raise ValueError(f"parameter {key}: {value} does not fit in 32 bits; use a float or a string")
         return int(value)
     if isinstance(value, Mapping):
-        return {_plain_key(k, key): plain_value(v, f"{key.rstrip('/')}/{k}") for k, v in value.items()}
+        return {
+            _plain_key(k, key, in_list): plain_value(v, f"{key.rstrip('/')}/{k}", in_list=in_list)
+            for k, v in value.items()
+        }
     if isinstance(value, (list, tuple)):
-        return [plain_value(item, f"{key}[{index}]") for index, item in enumerate(value)]
+        return [plain_value(item, f"{key}[{index}]", in_list=True) for index, item in enumerate(value)]
     if hasattr(value, "tolist"):  # a numpy scalar or array
-        return plain_value(value.tolist(), key)
+        return plain_value(value.tolist(), key, in_list=in_list)
     raise ValueError(f"parameter {key}: a {type(value).__name__} cannot be stored as a parameter")
 
 
-def _plain_key(name: object, key: str) -> str:
-    if not isinstance(name, str) or not name or "/" in name:
+def _plain_key(name: object, key: str, in_list: bool) -> str:
+    if not isinstance(name, str) or not (in_list or (name and "/" not in name)):
         raise ValueError(
             f"parameter {key}: {name!r} is not a key; keys are strings without '/', nest dicts instead"
         )

@@ -102,9 +102,11 @@ class Kind(ABC):
 
     Attributes:
         asked: The function of asked.py that answers for Debian.
+        peer: A process of Debian's for this kind alone; None takes the one of all kinds.
     """
 
     asked: str
+    peer: Peer | None = None
 
     @property
     def name(self) -> str:
@@ -189,7 +191,7 @@ def compare(
                 return report
             case = kind.draw(random.Random(f"{seed} {kind.name} {number}"))
             report.inputs[kind.name] += 1
-            theirs, ours = kind.theirs(case, peer), kind.ours(case)
+            theirs, ours = kind.theirs(case, kind.peer or peer), kind.ours(case)
             if kind.same(theirs, ours):
                 continue
             known = [d.reason for d in differences if d.kind == kind.name and d.covers(case, theirs, ours)]

@@ -49,12 +49,13 @@ def run(
             packages = ros.generate_python_packages(Path(stack.enter_context(tempfile.TemporaryDirectory())))
         theirs, ours, our_layers = (stack.enter_context(Master()) for _ in range(3))
         real = stack.enter_context(debian(theirs.uri, packages))
+        rosparam = stack.enter_context(debian(theirs.uri, packages))
         of_layer = stack.enter_context(layer(our_layers.uri))
         services = stack.enter_context(Node("/services", master_uri=theirs.uri))
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         kinds: list[Kind] = [
-            RosparamCommand(ours.uri),
-            RosparamFunctions(of_layer),
+            RosparamCommand(ours.uri, rosparam),
+            RosparamFunctions(of_layer, rosparam),
             Definition(),
             DefinitionByLayer(of_layer),
             FullText(),

@@ -30,8 +30,11 @@ class RosparamCommand(Kind):
 
     asked = "rosparam_command"
 
-    def __init__(self, master_uri: str) -> None:
+    def __init__(self, master_uri: str, peer: Peer) -> None:
         self._master_uri = master_uri
+        self.peer = (
+            peer  # rosparam changes PyYAML's loader for its process: deg(90) is a number everywhere then
+        )
 
     def draw(self, chance: random.Random) -> Case:
         steps = [self._step(chance) for _ in range(chance.choice([1, 1, 1, 2, 3]))]
@@ -87,8 +90,9 @@ class RosparamFunctions(Kind):
 
     asked = "rosparam_functions"
 
-    def __init__(self, layer: Peer) -> None:
+    def __init__(self, layer: Peer, peer: Peer) -> None:
         self._layer = layer
+        self.peer = peer
 
     def draw(self, chance: random.Random) -> Case:
         steps = [self._step(chance) for _ in range(chance.choice([1, 1, 1, 2, 3]))]

@@ -150,8 +150,8 @@ def test_parameters_to_a_file_and_back(rosproto: Call, tmp_path: Path) -> None:
     assert rosproto("param get /copy --json")[1] == rosproto("param get /p --json")[1]
     assert rosproto("param delete /copy")[0] == 0
     assert rosproto("param get /copy")[0] == 1
-    assert rosproto("param set /n/x", "[1, {a: b}]")[0] == 0
-    assert json.loads(rosproto("param get /n --json")[1]) == {"x": [1, {"a": "b"}]}
+    assert rosproto("param set /n/x", "[1, {a: b, c/d: e}]")[0] == 0  # in a list it is not a namespace
+    assert json.loads(rosproto("param get /n --json")[1]) == {"x": [1, {"a": "b", "c/d": "e"}]}
 
 
 @pytest.fixture
