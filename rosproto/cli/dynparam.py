@@ -200,7 +200,7 @@ def _cast(kind: str, value: object, name: str) -> object:
     """Convert a value to the parameter's type.
 
     Raises:
-        CommandError: The value has another type.
+        ValueError: The value has another type.
     """
     try:
         if kind == "bool":
@@ -214,7 +214,7 @@ def _cast(kind: str, value: object, name: str) -> object:
             return str(value)
         return KINDS[kind](value)
     except (ValueError, TypeError, KeyError):
-        raise CommandError(f"{name}: {value!r} is not a valid {kind}") from None
+        raise ValueError(f"{name}: {value!r} is not a valid {kind}") from None
 
 
 def _dump(arguments: argparse.Namespace) -> None:

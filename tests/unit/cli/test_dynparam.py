@@ -57,8 +57,8 @@ def test_set(dynparam: Callable[..., tuple[int, str, str]]) -> None:
     ("words", "code", "said"),
     [
         (("set", "/camera", "sise", "7"), 1, "did you mean size?"),
-        (("set", "/camera", "size", "7.5"), 1, "is not a valid int"),
-        (("set", "/camera", "enabled", "perhaps"), 1, "is not a valid bool"),
+        (("set", "/camera", "size", "7.5"), 2, "is not a valid int"),
+        (("set", "/camera", "enabled", "perhaps"), 2, "is not a valid bool"),
         (("set", "/camera", "size"), 2, "write NAME VALUE"),
         (("get", "/camera", "sped"), 1, "did you mean speed?"),
         (("get", "/camra", "--timeout", "0.2"), 1, "did you mean /camera?"),
