@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import count
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
@@ -16,7 +17,7 @@ from rosproto.bag.inputs import Stamp, to_ns
 from rosproto.bag.message_offsets import MESSAGE_HEAD, MessageLocation, MessageTable
 from rosproto.bag.messages import Decoders, RawMessage, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
-from rosproto.bag.time_order import Batch, ChunkMessages, ReadAhead, merged, overlapping, runs_of
+from rosproto.bag.time_order import Batch, ChunkMessages, Load, ReadAhead, merged, overlapping, runs_of
 from rosproto.codec import Message
 from rosproto.errors import BagError
 from rosproto.time import Time
@@ -428,15 +429,20 @@ class BagReader:
         low: int | None,
         high: int | None,
     ) -> Iterator[Batch]:
-        def load(number: int) -> ChunkData | None:
+        def load(number: int, source: ReadAhead = ahead, place: int | None = None) -> ChunkData | None:
             self._source.check_open()
             try:
-                return ahead.take(number)
+                return source.take(number if place is None else place)
             except BagError as problem:
                 self._skipped(order[number], problem)
                 return None
 
-        return merged(order, numbers, load, lambda data: self._select(data, wanted, low, high))
+        def load_again(numbers: Sequence[int]) -> Load:
+            chosen = [order[number] for number in numbers]
+            again, place = ReadAhead(self._read_chunk, chosen, self._spans, beside=ahead), count()
+            return lambda number: load(number, again, next(place))
+
+        return merged(order, numbers, load, lambda data: self._select(data, wanted, low, high), load_again)
 
     def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
         """Chunks that have wanted messages, by start time."""

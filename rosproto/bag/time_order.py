@@ -11,7 +11,7 @@ for each 64 MB of its messages.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
@@ -32,6 +32,10 @@ if TYPE_CHECKING:
 
 BUDGET_BYTES = 64 << 20  # of chunks in memory that overlap in time, and of messages copied from them
 MESSAGE_BYTES = 200  # of a message's place and objects, beside its data
+
+
+Load = Callable[[int], "ChunkData | None"]
+"""Returns the chunk with a number; None for one that is left out."""
 
 
 class ChunkMessages(NamedTuple):
@@ -72,8 +76,9 @@ class Batch:
 def merged(
     order: Sequence[ChunkInfo],
     numbers: Sequence[int],
-    load: Callable[[int], ChunkData | None],
+    load: Load,
     select: Callable[[ChunkData], MessageTable | None],
+    load_again: Callable[[Sequence[int]], Load],
 ) -> Iterator[Batch]:
     """Messages of chunks that may overlap, in time order; those of equal time in file order.
 
@@ -82,8 +87,10 @@ def merged(
         numbers: Those to merge: consecutive numbers in the order.
         load: Reads the chunk with a number; None for one that is left out.
         select: Returns a chunk's messages to yield; None to leave it out.
+        load_again: Begins to read chunks with these numbers once more, and returns what takes them in this
+            order.
     """
-    held = _ChunkCache(order, load)
+    held = _ChunkCache(order, load, load_again)
     waiting: list[_PendingMessages] = []
     patience = 0  # chunks until the waiting ones are looked through again: their number may be large
     for number in numbers:
@@ -228,8 +235,9 @@ def _copied(rows: MessageTable, pieces: NDArray[np.int64], held: _ChunkCache) ->
         return Batch(rows, held.get(int(numbers[0])))
     parts: dict[int, ChunkData] = {}
     start, end, offsets = np.empty_like(rows.start), np.empty_like(rows.start), np.empty_like(rows.start)
-    for number, which in zip(numbers.tolist(), np.split(order, firsts[1:]), strict=True):
-        chunk = held.get(number)
+    rows_of = dict(zip(numbers.tolist(), np.split(order, firsts[1:]), strict=True))
+    for number, chunk in held.each(rows_of):
+        which = rows_of[number]
         first, last = rows.start[which], rows.end[which]
         pairs = zip(first.tolist(), last.tolist(), strict=True)
         blob = b"".join([chunk.blob[from_byte:to_byte] for from_byte, to_byte in pairs])
@@ -247,9 +255,12 @@ class _ChunkCache:
     A chunk beyond that is given up before the next one is read.
     """
 
-    def __init__(self, order: Sequence[ChunkInfo], load: Callable[[int], ChunkData | None]) -> None:
+    def __init__(
+        self, order: Sequence[ChunkInfo], load: Load, load_again: Callable[[Sequence[int]], Load]
+    ) -> None:
         self._order = order
         self._load = load
+        self._load_again = load_again
         self._chunks: OrderedDict[int, ChunkData] = OrderedDict()
         self._bytes = 0
 
@@ -267,12 +278,23 @@ class _ChunkCache:
         self._bytes += len(data.blob)
         self._give_up(1)
 
-    def get(self, number: int) -> ChunkData:
+    def each(self, numbers: Iterable[int]) -> Iterator[tuple[int, ChunkData]]:
+        """Each of these chunks, first those in memory: in one order, the next pass would find none."""
+        known = [number for number in numbers if number in self._chunks]
+        missing = [number for number in numbers if number not in self._chunks]
+        for number in known:
+            yield number, self.get(number)
+        load = self._load_again(missing)
+        for number in missing:
+            yield number, self.get(number, load)
+
+    def get(self, number: int, load: Load | None = None) -> ChunkData:
         data = self._chunks.get(number)
         if data is not None:
             self._chunks.move_to_end(number)
             return data
-        data = self.load(number)
+        self._give_up(0)
+        data = (load or self._load)(number)
         if data is None:  # it was readable before
             raise BagError("the bag changed while it was read", offset=self._order[number].pos)
         self.put(number, data)
@@ -301,6 +323,7 @@ class ReadAhead:
             second argument (None: any size).
         order: The chunks, in reading order.
         spans: Bytes from a chunk's position to the next chunk, if known.
+        beside: Another one of the same file that goes on later; its threads are used.
     """
 
     def __init__(
@@ -308,18 +331,25 @@ class ReadAhead:
         read: Callable[[ChunkInfo, int | None], ChunkData],
         order: Sequence[ChunkInfo],
         spans: Mapping[int, int],
+        *,
+        beside: ReadAhead | None = None,
     ) -> None:
         self._read = read
         self._order = order
         self._spans = spans
         helpers = worker_count()
         self._depth = 2 * helpers + 2  # a few more chunks than threads
-        self._most = AHEAD_BYTES // self._depth  # a larger chunk is not read ahead
+        # A larger chunk is not read ahead. What another one has read ahead is still in memory.
+        self._most = AHEAD_BYTES // self._depth // (1 if beside is None else 4)
         # Daemon threads: a program that ends does not need their results.
-        self._workers = WorkerPool("rosproto:bag reader", helpers, daemon=True, in_caller=True)
+        self._workers = (
+            beside._workers
+            if beside
+            else WorkerPool("rosproto:bag reader", helpers, daemon=True, in_caller=True)
+        )
         self._tasks: dict[int, Future[ChunkData | None]] = {}
         self._begun = 0
-        self._packed = False
+        self._packed = beside is not None and beside._packed
 
     def take(self, number: int) -> ChunkData:
         """Return the chunk with this number in the order; a chunk taken before is read again.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import threading
 import math
 from datetime import datetime
 from struct import pack
@@ -109,6 +110,31 @@ def test_chunks_that_all_overlap_are_read_a_few_times(monkeypatch, chunk_bytes):
     assert list(bag.read_messages(raw=True)) == expected
     taken = sum(len(message.data) + time_order.MESSAGE_BYTES for _, message, _ in expected)
     assert len(reads) <= len(bag.chunks) * (taken / 100_000 + 2)
+
+
+def test_chunks_that_are_still_in_memory_are_not_read_again(monkeypatch):
+    """A pass takes them first; those it unpacks are unpacked beside the reader, as in the first pass."""
+    what = entries(2000)
+    made = bag_bytes([what[i * 97 % 2000] for i in range(2000)], "lz4", chunk_bytes=3000)
+    expected = plain(read(made).read_messages(raw=True))
+    reads, threads = [], set()
+    real = reader.read_chunk
+
+    def read_chunk(source, info, *given, **more):
+        reads.append(info.pos)
+        if len(reads) > len(bag.chunks) + 20:
+            threads.add(threading.current_thread().name)
+        return real(source, info, *given, **more)
+
+    monkeypatch.setattr(reader, "read_chunk", read_chunk)
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 150_000)
+    bag = read(made)
+    assert plain(bag.read_messages(raw=True)) == expected
+    size = sum(len(data) for _, data, _ in expected)
+    passes = -(-(size + time_order.MESSAGE_BYTES * 2000) // 150_000)
+    assert passes >= 3
+    assert len(reads) <= len(bag.chunks) * (1 + passes / 2)
+    assert any("bag reader" in name for name in threads)
 
 
 @pytest.mark.promise("at most, or for as many as the largest chunk has")
