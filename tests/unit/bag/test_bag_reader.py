@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import io
-import threading
 import math
+import threading
 from datetime import datetime
 from struct import pack
 
