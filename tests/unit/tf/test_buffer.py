@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 import threading
+import tracemalloc
 
 import pytest
 
@@ -341,11 +342,19 @@ def test_a_frame_with_another_parent_is_looked_up_there():
 
 def test_what_is_kept_for_the_next_lookup_is_bounded():
     tree = FrameTree()
-    for i in range(3 * MAX_KEPT):
+    for i in range(6 * MAX_KEPT):
         tree.edges[f"f{i}"] = history = History(10**10)
         history.add(Sample(1, "map", (float(i), 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
-    tree.remember_names("f0", "map")
-    for i in range(3 * MAX_KEPT):
-        assert tree.lookup("map", f"f{i}", 0)[0][0][0] == i
-        assert tree.find_path(f"f{i}", "map", 1).translation[0] == -i
-    assert max(len(tree._climbs), len(tree._found)) <= MAX_KEPT
+
+    def look_up(frames: range) -> int:
+        for i in frames:
+            assert tree.lookup("map", f"f{i}", 0)[0][0][0] == i
+            assert tree.find_path(f"f{i}", "map", 1).translation[0] == -i
+        return tracemalloc.get_traced_memory()[0]
+
+    tracemalloc.start()
+    try:
+        first = look_up(range(2 * MAX_KEPT))
+        assert look_up(range(2 * MAX_KEPT, 6 * MAX_KEPT)) - first < 300 * MAX_KEPT  # bytes; each takes 900
+    finally:
+        tracemalloc.stop()
