@@ -325,8 +325,8 @@ def _has_alpha(pixels: NDArray[np.uint8]) -> bool:
 def _grey_of(pixels: NDArray[np.uint8], *, mode: str, negate: bool) -> NDArray[np.int64]:
     # image_loader.cpp: trinary mode treats alpha as another colour, the other modes do not.
     colours = pixels if mode == "trinary" or not _has_alpha(pixels) else pixels[:, :, :-1]
-    grey = colours.sum(axis=2, dtype=np.int64) // colours.shape[2]
-    return 255 - grey if negate else grey
+    grey: NDArray[np.int64] = colours.sum(axis=2, dtype=np.int64) // colours.shape[2]
+    return np.subtract(255, grey) if negate else grey
 
 
 def _cells_of(
