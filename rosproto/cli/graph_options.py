@@ -19,7 +19,7 @@ def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) 
     parser.add_argument(
         "--master",
         metavar="URI",
-        help="the ROS master (default: $ROS_MASTER_URI, else http://localhost:11311)",
+        help="the ROS master, a URI or a host (default: $ROS_MASTER_URI, else http://localhost:11311)",
     )
     parser.add_argument(
         "--msg-path",
@@ -42,7 +42,9 @@ def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) 
 
 def master_uri(arguments: argparse.Namespace) -> str:
     """Return --master, else the environment's, else this computer's URI."""
-    return arguments.master or os.environ.get("ROS_MASTER_URI") or "http://localhost:11311"
+    from rosproto.transport.uri import DEFAULT_MASTER_URI, master_uri_of
+
+    return master_uri_of(arguments.master or os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
 
 
 def host_names(arguments: argparse.Namespace, *, guess: bool = True) -> HostNames:

@@ -31,6 +31,7 @@ from rosproto.node.stats import ConnectedLink, NodeStats
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline, wait_event
 from rosproto.transport.os_errors import system_errors
+from rosproto.transport.uri import master_uri_of
 
 if TYPE_CHECKING:
     from rosproto.node.rosout import Rosout
@@ -46,7 +47,7 @@ class Node:
     Args:
         name: "/laptop", or "laptop" in `namespace`. Must be unique at the master: a second node of the same
             name shuts the first one down.
-        master_uri: "http://10.0.0.7:11311/". None is only allowed with `use_environment`.
+        master_uri: "http://10.0.0.7:11311/", or "10.0.0.7" for that. None is only allowed with `use_environment`.
         host: Address or name under which others reach this computer, and on which the node listens. None:
             the address that routes to the master; changes are followed.
         port: Port of the slave API, 0 for a free one.
@@ -112,6 +113,7 @@ class Node:
             raise ValueError(
                 'which master? Give master_uri="http://host:11311", or use_environment and ROS_MASTER_URI'
             )
+        master_uri = master_uri_of(master_uri)
         given = {**(options.host_names() if use_environment else {}), **(resolve or {})}
         if not any_name:
             name = options.node_name(name, namespace, anonymous)

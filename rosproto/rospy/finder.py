@@ -21,11 +21,14 @@ from collections.abc import Sequence
 from functools import cache
 from types import ModuleType
 
+from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, bundled
 
 MSG_PATH = "ROSPROTO_MSG_PATH"
 """Environment: folders with definitions, joined as PATH is; children of a program find them there."""
 # No base class from importlib.abc: importing that takes 20 ms, and Python asks only for the methods.
+ENVIRONMENT = {"ROS_VERSION": "1", "ROS_DISTRO": "noetic", "ROS_PYTHON_VERSION": "3"}
+"""What the set-up script of a ROS installation sets, and programs read; set where it is not."""
 KINDS = ("msg", "srv")
 MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 """The stand-ins for ROS's modules: a folder, also inside a zip."""
@@ -44,12 +47,21 @@ def library() -> DefinitionLibrary:
     The environment is read on the first call.
     """
     folders = [folder for folder in os.environ.get(MSG_PATH, "").split(os.pathsep) if folder]
-    return bundled().fork(folders) if folders else bundled()
+    try:
+        return bundled().fork(folders) if folders else bundled()
+    except DefinitionError as error:
+        raise DefinitionError(f"{error}; it was given by --msg-path or by the variable {MSG_PATH}") from None
 
 
 def serve() -> None:
-    """Put the finders in place; a second call does nothing."""
+    """Put the finders in place, and set ROS's variables; a second call does nothing.
+
+    Raises:
+        DefinitionError: A folder of definitions cannot be used.
+    """
     if not any(isinstance(finder, RosFinder) for finder in sys.meta_path):
+        for name, value in {**ENVIRONMENT, "ROS_ROOT": MODULES}.items():
+            os.environ.setdefault(name, value)
         sys.meta_path.insert(0, RosFinder())
         sys.meta_path.append(FallbackFinder())
         _serve_children()

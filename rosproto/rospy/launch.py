@@ -24,8 +24,6 @@ from rosproto.rospy.finder import MSG_PATH, serve
 if TYPE_CHECKING:
     import argparse
 
-DEFAULT_PORT = 11311
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options, the program, and the program's own arguments."""
@@ -39,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--chassis", metavar="HOST", help="the chassis: sets ROS_MASTER_URI, and ROS_IP to our address there"
     )
-    where.add_argument("--master", metavar="URI", help="sets ROS_MASTER_URI")
+    where.add_argument("--master", metavar="URI", help="sets ROS_MASTER_URI; a host means port 11311 there")
     parser.add_argument(
         "--msg-path",
         metavar="FOLDER",
@@ -62,8 +60,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.rospy") -> int:
     """Run a command line (by default the one of this process); returns the exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
-    if words and not words[0].startswith("-"):  # no options: nothing to be parsed
-        return run_program(words[0], words[1:])
+    try:
+        if words and not words[0].startswith("-"):  # no options: nothing to be parsed
+            return run_program(words[0], words[1:])
+        return _run_with_options(words, prog)
+    except (RosError, ValueError, OSError) as error:  # run_program prints the program's own errors
+        print(f"{prog}: {error}", file=sys.stderr)
+        return 1 if isinstance(error, RosError) else 2  # 2: the options are wrong
+
+
+def _run_with_options(words: Sequence[str], prog: str) -> int:
     import argparse
 
     class Parser(argparse.ArgumentParser):
@@ -76,11 +82,7 @@ def main(argv: Sequence[str] | None = None, *, prog: str = "python -m rosproto.r
     arguments = parser.parse_args(words)
     if arguments.verbose:
         _show_library_log(arguments.verbose)
-    try:
-        return run(arguments)
-    except (RosError, ValueError, OSError) as error:  # run_program prints the program's own errors
-        print(f"{prog}: {error}", file=sys.stderr)
-        return 1 if isinstance(error, RosError) else 2  # 2: the options are wrong
+    return run(arguments)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -90,7 +92,9 @@ def run(arguments: argparse.Namespace) -> int:
         RosError, ValueError, OSError: An option cannot be carried out.
     """
     if arguments.master:
-        os.environ["ROS_MASTER_URI"] = arguments.master
+        from rosproto.transport.uri import master_uri_of
+
+        os.environ["ROS_MASTER_URI"] = master_uri_of(arguments.master)
     return run_at(
         lambda: arguments.chassis,
         arguments.program,
@@ -147,12 +151,31 @@ def _go_to(host: str, own_address: str | None) -> None:
         RosError: There is no route to it.
     """
     from rosproto.transport.own_address import local_address_towards
-    from rosproto.transport.uri import make_uri, parse_uri
+    from rosproto.transport.uri import master_uri_of, parse_uri
 
-    uri = host if "://" in host else make_uri(*parse_uri(f"http://{host}", DEFAULT_PORT))
+    uri = master_uri_of(host)
     os.environ["ROS_MASTER_URI"] = uri
     os.environ["ROS_IP"] = own_address or local_address_towards(*parse_uri(uri))
     os.environ.pop("ROS_HOSTNAME", None)
+
+
+# ROS's own scripts use parts of its modules that ours do not have.
+_TOOLS = {
+    "rosbag": "`rosproto bag`",
+    "roscore": "`rosproto master`",
+    "rosgraph": "`rosproto graph`",
+    "roslaunch": "`rosproto run FILE` for each program of the launch file, and `rosproto param load`",
+    "rosmaster": "`rosproto master`",
+    "rosmsg": "`rosproto msg`",
+    "rosnode": "`rosproto node`",
+    "rosparam": "`rosproto param`",
+    "rosservice": "`rosproto service`",
+    "rossrv": "`rosproto srv`",
+    "rostest": "`rosproto run FILE` for each test, against `rosproto master`",
+    "rostopic": "`rosproto topic`",
+    "rosunit": "`rosproto run FILE`",
+    "roswtf": "`rosproto doctor`",
+}
 
 
 def run_program(path: str, arguments: Sequence[str] = ()) -> int:
@@ -166,6 +189,10 @@ def run_program(path: str, arguments: Sequence[str] = ()) -> int:
     """
     interrupt = _interrupt()
     file_name = _absolute(path)
+    tool = os.path.basename(path)
+    if tool in _TOOLS:
+        print(f"{tool} is a command of a ROS installation: use {_TOOLS[tool]}", file=sys.stderr)
+        return 2
     try:
         with open(path, "rb") as file:
             source = file.read()

@@ -7,16 +7,31 @@ import socket
 
 from rosproto.sentence import say
 
-DEFAULT_MASTER_URI = "http://localhost:11311/"
+MASTER_PORT = 11311
+DEFAULT_MASTER_URI = f"http://localhost:{MASTER_PORT}/"
 _MISTYPED_SCHEME = re.compile(r"(http|rosrpc)(//|:/|/)(?!/)", re.IGNORECASE)
 _DOTS = "\u3002\uff0e\uff61"  # RFC 3490 treats these as dots, too
 
 
-def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
+def master_uri_of(address: str) -> str:
+    """The URI of a master as people name it: "robot", "robot:11311", "fe80::1", or a URI, which stays as it is.
+
+    A host without a port means port 11311; in a URI port 80, as in ROS (see `parse_uri`, which also refuses
+    what is not an address: it is returned unchanged).
+    """
+    text = address.strip().removesuffix("/")
+    if not text or "/" in text:
+        return address
+    host = f"[{text}]" if text.count(":") > 1 and not text.startswith("[") else text
+    has_port = ":" in host.rpartition("]")[2]
+    return f"http://{host}/" if has_port else f"http://{host}:{MASTER_PORT}/"
+
+
+def parse_uri(uri: str) -> tuple[str, int]:
     """Host and port of an `http://` or `rosrpc://` URI; the host without brackets, in lower case.
 
-    Trailing slash, path and scheme may be absent; "" is the default master. The default port is 80, not
-    11311, as in rosgraph's parse_http_host_and_port.
+    Trailing slash, path and scheme may be absent; "" is the default master. The default port is 80, as in
+    rosgraph's parse_http_host_and_port; `master_uri_of` adds a master's.
 
     Raises:
         ValueError: There is no host, or the port is invalid.
@@ -35,7 +50,7 @@ def parse_uri(uri: str, default_port: int = 80) -> tuple[str, int]:
         raise ValueError(say("URI {uri!r}: no host; expected something like http://10.0.0.7:11311/", uri=uri))
     plain_host(host)
     if not port:
-        return host, default_port
+        return host, 80
     if not (port.isascii() and port.isdigit()) or len(port) > 5 or int(port) > 65535:
         raise ValueError(
             say("URI {uri!r}: port {port!r} must be a number from 0 to 65535", uri=uri, port=port)

@@ -8,7 +8,6 @@ import os
 from rosproto.coercion import as_float
 from rosproto.sentence import say
 
-DEFAULT_PORT = 11311
 VENDOR_ADDRESS = "169.254.128.2"
 """The chassis on its debug Ethernet port."""
 
@@ -63,10 +62,9 @@ def _as_uri(address: str | None) -> str:
                 example=VENDOR_ADDRESS,
             )
         )
-    bare_ipv6 = text.count(":") > 1 and not text.startswith("[")
-    host = f"[{text}]" if bare_ipv6 else text
-    has_port = host.rpartition(":")[2].isdigit() and not host.endswith("]")
-    return f"http://{host}/" if has_port else f"http://{host}:{DEFAULT_PORT}/"
+    from rosproto.transport import master_uri_of as uri_of
+
+    return uri_of(text)
 
 
 MAX_TIMEOUT_SECONDS = 864_000.0

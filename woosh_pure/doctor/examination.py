@@ -58,7 +58,7 @@ def examine(
         timeout: Seconds for each connection.
         resolve: Host name -> address, for names that this computer cannot resolve.
     """
-    name, port = parse_uri(master_uri, default_port=11311)
+    name, port = parse_uri(master_uri)
     hosts = HostNames(resolve, master=name, quiet=True)
     address = yield from _name(name, hosts)
     if address is None:

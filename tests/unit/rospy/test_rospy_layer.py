@@ -272,3 +272,41 @@ def test_a_program_that_is_not_there(tmp_path: Path) -> None:
     )
     assert done.returncode == 2
     assert f"can't open file {str(ROOT / 'no_such.py')!r}: [Errno 2]" in done.stderr
+
+
+def test_the_variables_of_a_ros_installation_are_set(tmp_path: Path) -> None:
+    """Programs read them; one that the user has set stays."""
+    names = ["ROS_VERSION", "ROS_DISTRO", "ROS_PYTHON_VERSION"]
+    code = f"import os; print(*map(os.environ.get, {names}), os.path.isdir(os.environ['ROS_ROOT'] + '/rospy'))"
+    assert output(code, tmp_path, ROS_DISTRO="mine") == "1 mine 3 True\n"
+
+
+@pytest.mark.parametrize("options", [[], ["--msg-path", "/nowhere/at/all"]])
+def test_a_folder_of_definitions_that_is_not_there_is_said_in_a_sentence(
+    options: list[str], tmp_path: Path
+) -> None:
+    """And which setting gave it."""
+    done = run("print(1)", tmp_path, options=options, ROSPROTO_MSG_PATH="/nowhere/at/all")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "is not a folder" in done.stderr
+    assert "--msg-path or by the variable ROSPROTO_MSG_PATH" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_script_of_a_ros_installation_names_our_command(tmp_path: Path) -> None:
+    """/usr/bin/rostopic ended in an AttributeError for a part of rostopic that is not here."""
+    done = subprocess.run(
+        [sys.executable, "-m", "rosproto.rospy", str(tmp_path / "rostopic"), "list"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=ROOT,
+    )
+    assert done.returncode == 2
+    assert done.stderr == "rostopic is a command of a ROS installation: use `rosproto topic`\n"
+
+
+def test_a_master_named_by_its_host_has_port_11311(tmp_path: Path) -> None:
+    """As with --chassis, and in the other commands."""
+    code = "import os; print(os.environ['ROS_MASTER_URI'])"
+    assert output(code, tmp_path, options=["--master", "127.0.0.1"]) == "http://127.0.0.1:11311/\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.transport.uri import is_loopback, make_uri, parse_uri, same_uri, uri_path
+from rosproto.transport.uri import is_loopback, make_uri, master_uri_of, parse_uri, same_uri, uri_path
 
 
 @pytest.mark.parametrize(
@@ -106,3 +106,22 @@ def test_a_mistyped_scheme_is_named(uri: str) -> None:
     """It was taken for a host called http."""
     with pytest.raises(ValueError, match="should be '://'"):
         parse_uri(uri)
+
+
+@pytest.mark.parametrize(
+    ("address", "uri"),
+    [
+        ("10.0.0.7", "http://10.0.0.7:11311/"),
+        ("robot:5", "http://robot:5/"),
+        (" robot/ ", "http://robot:11311/"),
+        ("fe80::1", "http://[fe80::1]:11311/"),
+        ("[::1]", "http://[::1]:11311/"),
+        ("[::1]:5", "http://[::1]:5/"),
+        ("http://robot", "http://robot"),
+        ("http//robot", "http//robot"),
+        ("", ""),
+    ],
+)
+def test_a_master_named_by_its_host_has_port_11311(address: str, uri: str) -> None:
+    """A URI stays as it is; what is not an address stays for `parse_uri` to refuse."""
+    assert master_uri_of(address) == uri
