@@ -4,10 +4,10 @@ Source: wiki.ros.org/Names and wiki.ros.org/Remapping%20Arguments; rosgraph/name
 Unlike rosgraph's expressions, which accept Unicode letters and a line feed at the end, legal names are ASCII.
 
 Graphs contain illegal names as well: rosmaster accepts nearly everything, rospy warns (`/camera-1/image`),
-and only roscpp refuses. The rule is: a program's own name must be legal, so that a mistake is seen where it is
-made; names of others (topics, services, parameters, namespaces) need only be usable, so that everything in a
-graph can be reached. `resolve` accepts what a master accepts. Only the rospy layer gives a node any name, as
-rospy does (`Node(any_name=True)`).
+and only roscpp refuses. The rule is: a program's own name must be legal, so that a mistake is seen where it
+is made; names of others (topics, services, parameters, namespaces) need only be usable, so that everything in
+a graph can be reached. `resolve` accepts what a master accepts. Only the rospy layer gives a node any name,
+as rospy does (`Node(any_name=True)`).
 """
 
 from __future__ import annotations

@@ -47,7 +47,8 @@ class Node:
     Args:
         name: "/laptop", or "laptop" in `namespace`. Must be unique at the master: a second node of the same
             name shuts the first one down.
-        master_uri: "http://10.0.0.7:11311/", or "10.0.0.7" for that. None is only allowed with `use_environment`.
+        master_uri: "http://10.0.0.7:11311/", or "10.0.0.7" for that. None is only allowed with
+            `use_environment`.
         host: Address or name under which others reach this computer, and on which the node listens. None:
             the address that routes to the master; changes are followed.
         port: Port of the slave API, 0 for a free one.

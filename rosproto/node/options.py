@@ -27,7 +27,7 @@ def node_name(name: str, namespace: str, anonymous: bool) -> str:
     if not names.is_usable_name(space) or space.startswith("/~"):
         raise ValueError(
             f"namespace {namespace!r} is not a ROS name; expected something like '/robot_1': letters, digits,"
-            " `_` or `/`; it comes from the argument namespace, or from the environment variable ROS_NAMESPACE"
+            " `_` or `/`; it comes from the argument namespace, or from the variable ROS_NAMESPACE"
         )
     if not name or name.startswith("~") or not names.is_legal_name(name) or not name.strip("/"):
         raise ValueError(

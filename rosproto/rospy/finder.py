@@ -132,8 +132,9 @@ class FallbackFinder:
         Raises:
             ModuleNotFoundError: The module cannot be served; the message names the replacement.
         """
-        if fullname.partition(".")[0] in SPARE:
-            return _spec_of_module(fullname)
+        spec = _spec_of_module(fullname) if fullname.partition(".")[0] in SPARE else None
+        if spec is not None:
+            return spec
         text = _absence(fullname)
         if text is not None and _is_imported():
             raise ModuleNotFoundError(text, name=fullname)
@@ -205,9 +206,14 @@ _CPP = "it is a front end to C++ code of a ROS installation; "
 _GUI = "it is one of ROS's windows; use matplotlib or a web page, or run that part on a computer with ROS"
 _REMOTE = _CPP + "run that part on a computer with ROS and talk to it by topics, services and actions"
 
+_BUILD = "nothing is built here: run the program's file itself"
+_NO_CODE = "no code is generated: classes are made from definitions when imported (--msg-path FOLDER)"
+
 _ABSENT = {
     "camera_info_manager": _BRING % "src/camera_info_manager (of camera_info_manager_py)",
-    "catkin": "nothing is built here: run the program's file itself",
+    "catkin": _BUILD,
+    "gencpp": _NO_CODE,
+    "genlisp": _NO_CODE,
     "interactive_markers": _BRING % "src/interactive_markers",
     "moveit_commander": _REMOTE,
     "nodelet": "nodelets are C++; run the node's stand-alone executable on a computer with ROS",
@@ -216,6 +222,10 @@ _ABSENT = {
     "qt_gui": _GUI,
     "rclpy": "that is ROS 2; this layer speaks ROS 1 (import rospy)",
     "resource_retriever": "read the file by open(); rospkg.RosPack().get_path() gives a package's folder",
+    "rosclean": "log files are in ~/.ros/log; delete what you do not need",
+    "roscreate": _BUILD,
+    "roslz4": "lz4.frame reads and writes the same format",
+    "roswtf": "the command `rosproto doctor` examines a graph",
     "ros_numpy": _BRING % "src/ros_numpy",
     "roslaunch": (
         "launch files and the processes they start are not served: start the programs one by one "
@@ -231,6 +241,19 @@ _ABSENT = {
     "tf2_kdl": "tf2_geometry_msgs moves messages between frames, tf_conversions.posemath makes PyKDL frames",
     "urdf_parser_py": "it is pure Python: pip install urdf-parser-py",
 }
+_ABSENT_PARTS = {
+    "genmsg": _NO_CODE,
+    "genpy": _NO_CODE,
+    "rosbag": "rosbag.Bag, or the command `rosproto bag`, does what bags need",
+    "rosgraph": "rosgraph.Master calls the master; rosproto.Node has a server for its slave API",
+    "roslib": "it is of the build before catkin; roslib.packages finds packages, genmsg reads definitions",
+    "rospkg": "the real one has it: pip install rospkg",
+    "rospy": "it is part of rospy's own connections and commands, which are rosproto's here",
+    "rostest": "launch files are not served: rostest.rosrun runs a test, and unittest or pytest find tests",
+    "rosunit": "rosunit.unitrun runs a test, and unittest or pytest find tests",
+    "tf": "tf.TransformListener, tf.TransformBroadcaster and tf.transformations are what there is",
+}
+"""Parts of served packages that hardly any program uses: what there is in their place."""
 _DEFINITIONS = (
     "it is not a package of this computer, and its definitions are not bundled. Give the folder that holds "
     "%s/msg/*.msg (rosproto run --msg-path FOLDER, or ROSPROTO_MSG_PATH), or put its generated code on "
@@ -241,7 +264,8 @@ _WITH_DEFINITIONS = frozenset({"beginner_tutorials", "roscpp_tutorials", "rospy_
 
 def _absence(name: str) -> str | None:
     """Return the error text for a ROS module that was not found; None for other modules."""
-    why = _ABSENT.get(name)
+    package, _, part = name.partition(".")
+    why = _ABSENT_PARTS.get(package) if part else _ABSENT.get(name)
     if why is None and (name.endswith(("_msgs", "_srvs", "_interfaces")) or name in _WITH_DEFINITIONS):
         why = _DEFINITIONS % name
     return None if why is None else f"No module named {name!r}: {why}"

@@ -14,7 +14,7 @@ _DOTS = "\u3002\uff0e\uff61"  # RFC 3490 treats these as dots, too
 
 
 def master_uri_of(address: str) -> str:
-    """The URI of a master as people name it: "robot", "robot:11311", "fe80::1", or a URI, which stays as it is.
+    """The URI of a master as people name it: "robot", "robot:11311", "fe80::1", or a URI, which stays.
 
     A host without a port means port 11311; in a URI port 80, as in ROS (see `parse_uri`, which also refuses
     what is not an address: it is returned unchanged).

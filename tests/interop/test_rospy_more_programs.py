@@ -66,6 +66,7 @@ CASES: dict[str, dict[str, Any]] = {
     "wrong_values_more.py": {},
     "topic_arguments.py": {},
     "before_init.py": {},
+    "tool_functions.py": {},
     "names_more.py": {
         "arguments": [
             *["__name:=other", "__ns:=/my/ns", "chatter:=/abs/chat", "foo:=bar", "~priv:=moved"],

@@ -1,8 +1,12 @@
 """rosmsg as far as programs import it: texts of definitions."""
 
+from genpy.message import get_message_class, get_service_class
+
 from rosproto.errors import DefinitionError
 from rosproto.msg.spec import unfolded
 from rosproto.rospy.finder import library
+
+MODE_MSG, MODE_SRV = ".msg", ".srv"
 
 
 class ROSMsgException(Exception):
@@ -30,11 +34,26 @@ def get_srv_text(type_, raw=False, rospack=None):
         raise ROSMsgException(str(error)) from None
 
 
+def list_types(package, mode=MODE_MSG, rospack=None):
+    """Names of a package's messages or services."""
+    if mode not in (MODE_MSG, MODE_SRV):
+        raise ValueError("Unknown mode for list_types: %s" % mode)
+    return sorted(library().messages(package) if mode == MODE_MSG else library().services(package))
+
+
 def list_msgs(package, rospack=None):
     """Names of a package's messages."""
-    return sorted(library().messages(package))
+    return list_types(package)
 
 
 def list_srvs(package, rospack=None):
     """Names of a package's services."""
-    return sorted(library().services(package))
+    return list_types(package, MODE_SRV)
+
+
+def rosmsg_md5(mode, type_):
+    """md5sum of a message or service."""
+    found = (get_message_class if mode == MODE_MSG else get_service_class)(type_)
+    if found is None:
+        raise OSError("cannot load [%s]" % type_)
+    return found._md5sum

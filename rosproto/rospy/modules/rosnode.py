@@ -173,6 +173,27 @@ def cleanup_master_whitelist(master, whitelist):
     _unregister(master, lambda name: name not in whitelist)
 
 
+def rosnode_cleanup():
+    """Remove the nodes that do not answer from the master, after asking on the terminal."""
+    unpinged = rosnode_ping_all()[1]
+    if not unpinged:
+        return
+    print("Unable to contact the following nodes:")
+    print("\n".join(" * %s" % name for name in unpinged))
+    print("Warning: these might include alive and functioning nodes, e.g. in unstable networks.")
+    print("Cleanup will purge all information about these nodes from the master.")
+    print("Please type y or n to continue:")
+    answer = ""
+    while answer not in ("y", "n"):
+        line = sys.stdin.readline()
+        answer = line.strip() if line else "n"  # rosnode reads for ever when its input has ended
+    if answer == "n":
+        print("aborting")
+        return
+    cleanup_master_blacklist(rosgraph.Master("/rosnode"), unpinged)
+    print("done")
+
+
 def kill_nodes(node_names):
     """Ask nodes to shut down; returns (those that will, those that were not reached)."""
     done, failed = [], []

@@ -12,7 +12,7 @@ try:
     rospy.init_node(sys.argv[1])
 except ValueError as error:
     print(error)
-    raise SystemExit(3)
+    raise SystemExit(3) from None
 print(repr(rospy.get_name()), repr(rospy.get_namespace()))
 heard = []
 publisher = rospy.Publisher("~chat", String, queue_size=1, latch=True)

@@ -26,5 +26,5 @@ def test_a_namespace_that_is_not_legal_is_told_and_taken(caplog: pytest.LogCaptu
 @pytest.mark.parametrize("namespace", ["robot 1", "a:b", "~a"])
 def test_a_namespace_that_no_master_takes_is_refused_with_its_source(namespace: str) -> None:
     """The user may not have written it into the program."""
-    with pytest.raises(ValueError, match="is not a ROS name; .* ROS_NAMESPACE"):
+    with pytest.raises(ValueError, match=r"is not a ROS name; .* ROS_NAMESPACE"):
         node_name("n", namespace, False)

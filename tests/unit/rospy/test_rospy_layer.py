@@ -277,7 +277,9 @@ def test_a_program_that_is_not_there(tmp_path: Path) -> None:
 def test_the_variables_of_a_ros_installation_are_set(tmp_path: Path) -> None:
     """Programs read them; one that the user has set stays."""
     names = ["ROS_VERSION", "ROS_DISTRO", "ROS_PYTHON_VERSION"]
-    code = f"import os; print(*map(os.environ.get, {names}), os.path.isdir(os.environ['ROS_ROOT'] + '/rospy'))"
+    code = (
+        f"import os; print(*map(os.environ.get, {names}), os.path.isdir(os.environ['ROS_ROOT'] + '/rospy'))"
+    )
     assert output(code, tmp_path, ROS_DISTRO="mine") == "1 mine 3 True\n"
 
 

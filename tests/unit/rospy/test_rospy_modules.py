@@ -316,7 +316,7 @@ def test_a_result_lets_feedback_that_was_sent_before_it_pass(tmp_path: Path) -> 
         client = action_client.ActionClient("/drive", MoveBaseAction)
         told = []
         for wanted in (lambda handle, feedback: told.append("feedback"), None):
-            handle = client.track_goal(MoveBaseGoal(), lambda handle: told.append(handle.get_comm_state()), wanted)
+            handle = client.manager.track_goal(MoveBaseGoal(), lambda handle: told.append(handle.get_comm_state()), wanted)
             status = GoalStatus(goal_id=GoalID(id=handle.comm_state_machine.goal_id), status=GoalStatus.ACTIVE)
             feedback = MoveBaseActionFeedback(status=status)
             waits = []

@@ -221,6 +221,63 @@ def message_classes(spec):
         raise ActionException("Type is not an action spec: %s" % str(spec))
 
 
+class GoalManager:
+    """The goals of a client, by id."""
+
+    def __init__(self, ActionSpec):
+        self.ActionSpec = ActionSpec
+        self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
+        self.send_goal_fn = self.cancel_fn = None
+        self._machines = weakref.WeakValueDictionary()
+        self._lock = threading.RLock()
+
+    def register_send_goal_fn(self, fn):
+        """Set the function that publishes a goal."""
+        self.send_goal_fn = fn
+
+    def register_cancel_fn(self, fn):
+        """Set the function that publishes a GoalID to cancel."""
+        self.cancel_fn = fn
+
+    def init_goal(self, goal, transition_cb=None, feedback_cb=None):
+        """Follow a goal and send it; returns its handle."""
+        handle = self.track_goal(goal, transition_cb, feedback_cb)
+        self.send_goal_fn(handle.comm_state_machine.action_goal)
+        return handle
+
+    def track_goal(self, goal, transition_cb, feedback_cb):
+        """Follow a goal before the caller publishes it, so that no answer is missed; returns its handle."""
+        now = rospy.Time.now()
+        goal_id = GoalID(stamp=now, id="%s-%i-%.3f" % (rospy.get_caller_id(), next(_counter), now.to_sec()))
+        action_goal = self.ActionGoal(goal_id=goal_id, goal=goal)
+        action_goal.header.stamp = rospy.get_rostime()
+        machine = CommStateMachine(action_goal, transition_cb, feedback_cb, self.send_goal_fn, self.cancel_fn)
+        with self._lock:
+            self._machines[goal_id.id] = machine
+        return ClientGoalHandle(machine)
+
+    def update_statuses(self, status_array):
+        """Note a GoalStatusArray."""
+        with self._lock:
+            machines = list(self._machines.values())
+        for machine in machines:
+            machine.update_status(status_array)
+
+    def update_results(self, action_result):
+        """Note a result."""
+        machine = self._machines.get(action_result.status.goal_id.id)
+        if machine is not None:
+            if machine.feedback_awaited:
+                time.sleep(GRACE)
+            machine.update_result(action_result)
+
+    def update_feedbacks(self, action_feedback):
+        """Note feedback."""
+        machine = self._machines.get(action_feedback.status.goal_id.id)
+        if machine is not None:
+            machine.update_feedback(action_feedback)
+
+
 class ActionClient:
     """A client of one action server, for any number of goals."""
 
@@ -228,9 +285,9 @@ class ActionClient:
         self.ns = ns
         self.last_status_msg = None
         self.ActionSpec = ActionSpec
-        self.ActionGoal, self.ActionResult, self.ActionFeedback = message_classes(ActionSpec)
-        self._machines = weakref.WeakValueDictionary()  # by goal id
-        self._lock = threading.RLock()
+        self.manager = GoalManager(ActionSpec)
+        self.ActionGoal = self.manager.ActionGoal
+        self.ActionResult, self.ActionFeedback = self.manager.ActionResult, self.manager.ActionFeedback
         self.pub_queue_size = rospy.get_param("actionlib_client_pub_queue_size", 10)
         if self.pub_queue_size < 0:
             self.pub_queue_size = 10
@@ -240,13 +297,15 @@ class ActionClient:
         name = rospy.remap_name(ns)
         self.pub_goal = rospy.Publisher(name + "/goal", self.ActionGoal, queue_size=self.pub_queue_size)
         self.pub_cancel = rospy.Publisher(name + "/cancel", GoalID, queue_size=self.pub_queue_size)
+        self.manager.register_send_goal_fn(self.pub_goal.publish)
+        self.manager.register_cancel_fn(self.pub_cancel.publish)
 
         def subscribe(part, kind, callback):
             return rospy.Subscriber(name + part, kind, callback=callback, queue_size=self.sub_queue_size)
 
         self.status_sub = subscribe("/status", GoalStatusArray, self._status_cb)
-        self.result_sub = subscribe("/result", self.ActionResult, self._result_cb)
-        self.feedback_sub = subscribe("/feedback", self.ActionFeedback, self._feedback_cb)
+        self.result_sub = subscribe("/result", self.ActionResult, self.manager.update_results)
+        self.feedback_sub = subscribe("/feedback", self.ActionFeedback, self.manager.update_feedbacks)
         GoalStatus()  # generate its constructor now, not in the first `send_goal`
 
     def stop(self):
@@ -256,22 +315,7 @@ class ActionClient:
 
     def send_goal(self, goal, transition_cb=None, feedback_cb=None):
         """Send a goal; `transition_cb(handle)`, `feedback_cb(handle, feedback)`; returns its handle."""
-        handle = self.track_goal(goal, transition_cb, feedback_cb)
-        self.pub_goal.publish(handle.comm_state_machine.action_goal)
-        return handle
-
-    def track_goal(self, goal, transition_cb, feedback_cb):
-        """Follow a goal before the caller publishes it, so that no answer is missed; returns its handle."""
-        now = rospy.Time.now()
-        goal_id = GoalID(stamp=now, id="%s-%i-%.3f" % (rospy.get_caller_id(), next(_counter), now.to_sec()))
-        action_goal = self.ActionGoal(goal_id=goal_id, goal=goal)
-        action_goal.header.stamp = rospy.get_rostime()
-        machine = CommStateMachine(
-            action_goal, transition_cb, feedback_cb, self.pub_goal.publish, self.pub_cancel.publish
-        )
-        with self._lock:
-            self._machines[goal_id.id] = machine
-        return ClientGoalHandle(machine)
+        return self.manager.init_goal(goal, transition_cb, feedback_cb)
 
     def cancel_all_goals(self):
         """Ask the server to cancel every goal it has."""
@@ -308,19 +352,4 @@ class ActionClient:
 
     def _status_cb(self, message):
         self.last_status_msg = message
-        with self._lock:
-            machines = list(self._machines.values())
-        for machine in machines:
-            machine.update_status(message)
-
-    def _result_cb(self, message):
-        machine = self._machines.get(message.status.goal_id.id)
-        if machine is not None:
-            if machine.feedback_awaited:
-                time.sleep(GRACE)
-            machine.update_result(message)
-
-    def _feedback_cb(self, message):
-        machine = self._machines.get(message.status.goal_id.id)
-        if machine is not None:
-            machine.update_feedback(message)
+        self.manager.update_statuses(message)

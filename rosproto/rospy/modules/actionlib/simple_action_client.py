@@ -51,7 +51,7 @@ class SimpleActionClient:
         self.simple_state = SimpleGoalState.PENDING
         # Followed before it is sent: the server may answer before publish() returns.
         client = self.action_client
-        self.gh = client.track_goal(goal, self._handle_transition, self._handle_feedback)
+        self.gh = client.manager.track_goal(goal, self._handle_transition, self._handle_feedback)
         machine = self.gh.comm_state_machine
         machine.feedback_awaited = feedback_cb is not None
         client.pub_goal.publish(machine.action_goal)

@@ -7,7 +7,13 @@ from collections import defaultdict
 
 import rosgraph
 import rospy
-from genpy.message import get_message_class
+from genpy.message import (
+    MessageException,
+    fill_message_args,
+    get_message_class,
+    get_printable_message_args,
+    strify_message,
+)
 
 from rosproto import rates
 
@@ -137,6 +143,129 @@ def create_publisher(topic_name, topic_type, latch, disable_rostime=True):
     rospy.init_node("rostopic", anonymous=True, disable_rosout=True, disable_rostime=disable_rostime)
     name = rosgraph.names.script_resolve_name("rostopic", topic_name)
     return rospy.Publisher(name, found, latch=latch, queue_size=100), found
+
+
+ONCE_SECONDS = 3.0  # how long a message published once stays
+
+
+def publish_message(
+    pub, msg_class, pub_args, rate=None, once=False, verbose=False, substitute_keywords=False
+):
+    """Publish a list of values: latched (until the node ends, or only said to be with `once`), or at a rate.
+
+    "now" and "auto" mean the present time and a header of it.
+    """
+    message = msg_class()
+    _fill(message, pub_args)
+    try:
+        if rate is None:
+            what = "publishing and latching [%s]" % message if verbose else "publishing and latching message"
+            how = " for %s seconds" % ONCE_SECONDS if once else ". Press ctrl-C to terminate"
+            print(what + how)
+            pub.publish(message)
+            if not once:
+                rospy.spin()
+            return
+        pause = rospy.Rate(_hertz(rate))
+        while not rospy.is_shutdown():
+            if substitute_keywords:
+                _fill(message, pub_args)
+            if verbose:
+                print("publishing %s" % message)
+            pub.publish(message)
+            pause.sleep()
+    except rospy.ROSSerializationException as error:
+        raise ROSTopicException(
+            "Unable to publish message. One of the fields has an incorrect type:\n  %s" % error
+        ) from None
+
+
+def _fill(message, arguments):
+    now = rospy.get_rostime()
+    try:
+        fill_message_args(message, arguments, keys={"now": now, "auto": rospy.Header(stamp=now)})
+    except MessageException as error:
+        raise ROSTopicException(
+            "%s\n\nArgs are: [%s]" % (error, get_printable_message_args(message))
+        ) from None
+
+
+def _hertz(rate):
+    try:
+        return float(rate)
+    except ValueError:
+        raise ROSTopicException("Rate must be a number") from None
+
+
+def wait_for_subscriber(pub, timeout):
+    """Wait until a publisher has a subscriber, at most `timeout` seconds."""
+    end = time.monotonic() + timeout
+    while not pub.get_num_connections() and time.monotonic() < end:
+        time.sleep(0.01)
+
+
+class CallbackEcho:
+    """Prints messages as `rostopic echo`; pass `callback` to a Subscriber, with {"topic": NAME}.
+
+    Printing for plots (`plot=True`) is not supported.
+    """
+
+    def __init__(
+        self,
+        topic,
+        msg_eval,
+        plot=False,
+        filter_fn=None,
+        echo_clear=False,
+        echo_all_topics=False,
+        offset_time=False,
+        count=None,
+        field_filter_fn=None,
+        fixed_numeric_width=None,
+        value_transform_fn=None,
+    ):
+        if plot:
+            raise NotImplementedError("plot=True is not supported: use `rosproto topic echo --csv`")
+        self.topic = topic.removesuffix("/") if topic else topic
+        self.msg_eval, self.filter_fn, self.echo_all_topics = msg_eval, filter_fn, echo_all_topics
+        self.offset_time, self.max_count, self.count, self.done = offset_time, count, 0, False
+        self.field_filter, self.fixed_numeric_width = field_filter_fn, fixed_numeric_width
+        self.value_transform = value_transform_fn
+        self.prefix, self.suffix = "\033[2J\033[;H" if echo_clear else "", "\n---"
+
+    def callback(self, data, callback_args, current_time=None):
+        """Print a message; sets `done` after `count` messages, or when stdout is closed."""
+        topic = callback_args["topic"]
+        if self.done or (self.filter_fn is not None and not self.filter_fn(data)):
+            return
+        wanted = self.msg_eval
+        if topic != self.topic and self.topic.startswith(topic + "/"):
+            wanted = msgevalgen(self.topic[len(topic) :])
+        elif topic != self.topic and not self.echo_all_topics:
+            return
+        value = data if wanted is None else wanted(data)
+        if value is not None:
+            self._print(value, callback_args.get("type_information"), current_time)
+
+    def _print(self, value, type_, current_time):
+        if self.value_transform is not None:
+            value = self.value_transform(value, type_)
+        if type_ and type_.startswith("uint8["):
+            value = list(value)
+        text = strify_message(
+            value,
+            time_offset=rospy.get_rostime() if self.offset_time else None,
+            current_time=current_time,
+            field_filter=self.field_filter,
+            fixed_numeric_width=self.fixed_numeric_width,
+        )
+        try:
+            sys.stdout.write(self.prefix + text + self.suffix + "\n")
+            sys.stdout.flush()
+        except OSError:
+            self.done = True
+        self.count += 1
+        self.done = self.done or (self.max_count is not None and self.count >= self.max_count)
 
 
 # -- fields of messages --------------------------------------------------------------------------------------

@@ -1,30 +1,11 @@
-"""rospkg as far as programs use it: the folder of a package, by ROS_PACKAGE_PATH or around the program."""
+"""rospkg.rospack: RosPack."""
 
 import os
 
 from roslib.packages import definitions_folder, find_package, list_packages, package_around
 
-
-class ResourceNotFound(Exception):
-    """There is no such package.
-
-    Attributes:
-        ros_paths: The searched folders.
-    """
-
-    def __init__(self, msg, ros_paths=None):
-        super().__init__(msg)
-        self.ros_paths = ros_paths
-
-    def __str__(self):
-        looked = ["\nROS path [%d]=%s" % pair for pair in enumerate(self.ros_paths or ())]
-        return self.args[0] + "".join(looked)
-
-
-def get_ros_paths(env=None):
-    """The folders of ROS_PACKAGE_PATH."""
-    path = (os.environ if env is None else env).get("ROS_PACKAGE_PATH", "")
-    return [folder for folder in path.split(os.pathsep) if folder]
+from .common import ResourceNotFound
+from .environment import get_ros_paths
 
 
 class RosPack:
@@ -60,15 +41,3 @@ class RosPack:
         if found is None:
             raise ResourceNotFound(name, self.ros_paths)
         return found
-
-
-def get_ros_home(env=None):
-    """ROS_HOME, else ~/.ros."""
-    return (os.environ if env is None else env).get("ROS_HOME") or os.path.join(
-        os.path.expanduser("~"), ".ros"
-    )
-
-
-def get_log_dir(env=None):
-    """ROS_LOG_DIR, else log in the ROS home."""
-    return (os.environ if env is None else env).get("ROS_LOG_DIR") or os.path.join(get_ros_home(env), "log")

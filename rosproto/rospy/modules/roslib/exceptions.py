@@ -1,0 +1,5 @@
+"""roslib.exceptions: the base of roslib's errors."""
+
+
+class ROSLibException(Exception):
+    """Base of roslib's errors."""
