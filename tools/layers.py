@@ -14,6 +14,7 @@ LAYERS = [
     "rosproto.bounded_cache",
     "rosproto.logs",
     "rosproto.version",
+    "rosproto.startup",
     "rosproto.typed_values",
     "rosproto.coercion",
     "rosproto.quaternion",

@@ -1,20 +1,21 @@
 """Drive a Woosh mobile chassis from any OS: `with Chassis("169.254.128.2") as chassis: ...`.
 
-`Chassis` and `SimulatedChassis` are imported with their first use: they load the network.
+The names are imported with their first use (PEP 562): `Chassis` loads the network.
 """
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from rosproto.version import __version__ as __version__
-from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
-from woosh_pure.geometry import Footprint, Pose2D, Velocity
-from woosh_pure.outcome import Outcome, OutcomeKind
-from woosh_pure.reasons import Readiness, Ready
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
+    from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
+    from woosh_pure.geometry import Footprint, Pose2D, Velocity
+    from woosh_pure.outcome import Outcome, OutcomeKind
+    from woosh_pure.reasons import Readiness, Ready
     from woosh_pure.sim import SimulatedChassis
 
 __all__ = [
@@ -35,17 +36,23 @@ __all__ = [
 ]
 
 
+_HOME = {
+    "chassis": "Chassis",
+    "errors": "ChassisError FirmwareLimit GoalFailed MotionRefused StaleState",
+    "geometry": "Footprint Pose2D Velocity",
+    "outcome": "Outcome OutcomeKind",
+    "reasons": "Readiness Ready",
+    "sim": "SimulatedChassis",
+}
+_MODULE_OF = {name: f"{__name__}.{module}" for module, names in _HOME.items() for name in names.split()}
+
+
 def __getattr__(name: str) -> object:
-    """Import `Chassis` and `SimulatedChassis` on first use (PEP 562)."""
-    if name == "Chassis":
-        from woosh_pure.chassis import Chassis
-
-        return Chassis
-    if name == "SimulatedChassis":
-        from woosh_pure.sim import SimulatedChassis
-
-        return SimulatedChassis
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = _MODULE_OF.get(name) or (f"{__name__}.{name}" if name in _HOME else None)
+    if module is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = import_module(module)
+    return getattr(found, name) if name in _MODULE_OF else found
 
 
 def __dir__() -> list[str]:

@@ -1,8 +1,19 @@
-"""`python -m woosh_pure` is the `woosh` command."""
+"""The process of the `woosh` command, which `python -m woosh_pure` is, too."""
+
+from __future__ import annotations
 
 import sys
 
-from woosh_pure.cli import main
+from rosproto.startup import exit_on_interrupt
+
+
+def main() -> int:
+    """Run the command with the arguments of this process; return the exit code."""
+    exit_on_interrupt()
+    from woosh_pure.cli import main as command  # late: Ctrl-C during this import is handled
+
+    return command()
+
 
 if __name__ == "__main__":
     sys.exit(main())

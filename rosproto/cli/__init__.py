@@ -131,8 +131,6 @@ __all__ = [
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `rosproto` with these arguments (default: `sys.argv`) and return the exit code."""
-    try:
-        from rosproto.cli.entry import main as command  # late: no traceback for Ctrl-C during the import
-    except KeyboardInterrupt:
-        return 130
+    from rosproto.cli.entry import main as command  # late: other packages import this one without it
+
     return command(argv)

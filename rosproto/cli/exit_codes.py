@@ -12,10 +12,11 @@ from rosproto import sentence
 from rosproto.cli.console import OutputError
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import led, sentence_of
+from rosproto.startup import INTERRUPTED
 from rosproto.text import printable
 
 DONE, FAILED, WRONG_USE, UNREACHABLE = 0, 1, 2, 4
-INTERRUPTED, TERMINATED = 130, 143
+TERMINATED = 143
 EXIT_CODES = {
     DONE: "done",
     FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",

@@ -53,11 +53,8 @@ def run_command(
         The exit code.
     """
     with in_background() if until_exit else nullcontext(), guarded():
-        try:
-            parser = parser_for(words)
-            arguments = parser.parse_args(words)
-        except KeyboardInterrupt:
-            return INTERRUPTED
+        parser = parser_for(words)
+        arguments = parser.parse_args(words)
         if arguments.command is None:
             parser.print_help(sys.stderr)
             return WRONG_USE

@@ -46,8 +46,7 @@ def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
         for name in _THAT_END
         if not _ignored(name) or (until_exit and name != "SIGHUP")
     }
-    interrupt = signal.getsignal(signal.SIGINT)
-    if interrupt is signal.default_int_handler or (until_exit and interrupt is signal.SIG_IGN):
+    if until_exit or signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         handlers["SIGINT"] = _once(signal.default_int_handler)
     with _handled(handlers, until_exit=until_exit):
         yield

@@ -1,8 +1,9 @@
 """Record a live graph: every message unchanged, with its publisher's definition and header.
 
 Threads: the node's link threads put messages into a `MessageBuffer`, one thread writes them to the files, and
-one asks the master for new topics. A slow disk cannot delay receiving: messages that do not fit into the
-buffer are dropped and counted.
+one subscribes, with one request to the master for all topics, and asks for new ones. No Ctrl-C interrupts
+these threads, so no registration is left behind half made. A slow disk cannot delay receiving: messages that
+do not fit into the buffer are dropped and counted.
 """
 
 from __future__ import annotations
@@ -28,12 +29,14 @@ from rosproto.logs import get_logger
 from rosproto.node import Node, Subscriber
 from rosproto.recording.buffer import Entry, MessageBuffer, TopicReceiver
 from rosproto.recording.files import BagSeries, Compression, bag_name
+from rosproto.worker_pool import WorkerPool
 
 _log = get_logger("rosproto.recording")
 
 WRITE_EVERY = 0.1  # seconds that a message may wait before it is put into the chunk
 LOOK_EVERY = 1.0  # seconds between two checks of the free space on the disk
 FLUSH_EVERY = 5.0  # seconds after which even a small chunk is written; a crash can lose that much
+CLOSING_THREADS = 32
 UNLIMITED_QUEUE = 1 << 30  # the node drops nothing, the buffer decides
 
 
@@ -172,17 +175,19 @@ class Recorder:
         self._finished = threading.Event()
         self._error: RosError | None = None
         self._raised = False
+        self._refusal: BaseException | None = None  # why the first topics could not be subscribed
+        self._subscribed = threading.Event()
         self._writer = threading.Thread(target=self._write, name="rosproto:record writer", daemon=True)
         self._finder = threading.Thread(target=self._find, name="rosproto:record topics", daemon=True)
         # The writer needs this for the first chunk; imported then, it would hold up the receiving threads.
         importlib.import_module("numpy")
         self._writer.start()
         try:
-            for topic in self._selection.topics:
-                self._subscribe(topic)
-            if self._selection.is_open:
-                self._look()
-                self._finder.start()
+            self._finder.start()
+            while not self._subscribed.wait(1.0):  # each request of the finder has its own deadline
+                pass
+            if self._refusal is not None:
+                raise self._refusal
         except BaseException:
             self.close()
             raise
@@ -280,8 +285,11 @@ class Recorder:
         self._stopping.set()
         if self._finder.is_alive():
             self._finder.join(10.0)
-        for subscriber in self._subscribers.values():
-            subscriber.close()
+        # Several at a time: each has a request to the master, and waits for the thread of its link.
+        pool = WorkerPool("rosproto:record closing", CLOSING_THREADS, daemon=True)
+        for closing in [pool.add(subscriber.close) for subscriber in list(self._subscribers.values())]:
+            closing.result()
+        pool.close()
         self._buffer.close()
         self._writer.join()  # as long as the disk takes: no received message is discarded
         self._finished.set()
@@ -292,7 +300,19 @@ class Recorder:
     # -- topics ---------------------------------------------------------------------------------------------
 
     def _find(self) -> None:
-        """Thread: subscribe to topics as they appear. The master may be away for a while."""
+        """Thread: subscribe to the chosen topics, and to others as they appear. The master may be away for a
+        while."""
+        try:
+            self._subscribe(self._selection.topics)
+            if self._selection.is_open:
+                self._look()
+        except BaseException as refusal:
+            self._refusal = refusal
+            return
+        finally:
+            self._subscribed.set()
+        if not self._selection.is_open:
+            return
         away = False
         while not self._stopping.wait(self._poll):
             try:
@@ -307,26 +327,41 @@ class Recorder:
 
     def _look(self) -> None:
         state = self._node.master.get_system_state()
-        for topic in state.publishers:
-            readers = state.subscribers.get(topic, ())
-            if topic not in self._subscribers and self._selection.takes(topic, readers):
-                self._subscribe(topic)
+        self._subscribe(
+            topic
+            for topic in state.publishers
+            if topic not in self._subscribers
+            and self._selection.takes(topic, state.subscribers.get(topic, ()))
+        )
 
-    def _subscribe(self, topic: str) -> None:
-        tap = TopicReceiver(topic, self._node, self._buffer)
+    def _subscribe(self, topics: Iterable[str]) -> None:
+        new: dict[str, Subscriber] = {}
+        try:
+            with self._node.batch():
+                for topic in topics:
+                    if self._stopping.is_set():
+                        break
+                    new[topic] = self._subscriber(topic)
+        finally:
+            # A topic that the master has refused is tried again.
+            stand = {topic: subscriber for topic, subscriber in new.items() if not subscriber.closed}
+            self._subscribers = {**self._subscribers, **stand}
+            for topic in stand:
+                _log.info("= recording %s", topic)
+
+    def _subscriber(self, topic: str) -> Subscriber:
         # Inline, and with a queue that is never full: every message goes to the buffer in the thread that
         # received it. Only the buffer may drop messages, and it counts them.
-        self._subscribers[topic] = self._node.subscriber(
+        return self._node.subscriber(
             topic,
             None,
-            tap,
+            TopicReceiver(topic, self._node, self._buffer),
             raw=True,
             queue_size=UNLIMITED_QUEUE,
             inline=True,
             tcp_nodelay=self._nodelay,
             unreliable=self._unreliable,
         )
-        _log.info("= recording %s", topic)
 
     # -- writing --------------------------------------------------------------------------------------------
 

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from rosproto.errors import RosError
 from rosproto.rospy.finder import MSG_PATH, serve
+from rosproto.startup import raise_on_interrupt
 
 if TYPE_CHECKING:
     import argparse
@@ -261,6 +262,7 @@ class _Interrupt:
 
     def __init__(self) -> None:
         self.happened = False
+        raise_on_interrupt()
         if os.name == "posix":
             atexit.register(self._die)
 

@@ -110,7 +110,7 @@ def check_wheel(wheel: Path) -> None:
     required = [r for r in metadata.get_all("Requires-Dist", []) if "extra ==" not in r]
     assert sorted(re.split(r"[<>=~ ;]", r)[0] for r in required) == ["lz4", "numpy"], required
     assert set(metadata.get_all("Provides-Extra", [])) >= EXTRAS
-    for entry in ("rosproto = rosproto.cli:main", "woosh = woosh_pure.cli:main", "hook-dirs = "):
+    for entry in ("rosproto = rosproto.__main__:main", "woosh = woosh_pure.__main__:main", "hook-dirs = "):
         assert entry in entry_points, entry_points
 
 

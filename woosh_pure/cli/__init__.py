@@ -9,8 +9,6 @@ __all__ = ["main"]
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `woosh` with these arguments (default: `sys.argv`) and return the exit code."""
-    try:
-        from woosh_pure.cli.entry import main as command  # late: no traceback for Ctrl-C during the import
-    except KeyboardInterrupt:
-        return 130
+    from woosh_pure.cli.entry import main as command  # late: other packages import this one without it
+
     return command(argv)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -17,7 +19,7 @@ from rosproto import Master, Node
 from rosproto.bag import BagReader
 from rosproto.bag.output import BagOutputFile
 from rosproto.codec import AnyMsg, define, message_class
-from rosproto.errors import BagError
+from rosproto.errors import BagError, MasterError
 from rosproto.node.clock import NodeClock
 from rosproto.recording import Recorder, TopicSelection
 from rosproto.recording.buffer import Entry, TopicReceiver, _connection
@@ -305,3 +307,46 @@ def test_a_disk_with_too_little_room_ends_it_before_it_is_full(
     with BagReader(tmp_path / "a.bag") as bag:
         assert bag.damage == []
         assert bag.indexed
+
+
+def test_ctrl_c_while_it_subscribes_leaves_nothing_behind(
+    nodes: tuple[Node, Node, Node], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The interrupt ends the wait for the subscriptions, not one of them: all are taken back."""
+    one, _, recorder_node = nodes
+    with one.batch():
+        for number in range(40):
+            one.publisher(f"/topic_{number}", String)
+    subscribe, interrupted = recorder_node.subscriber, threading.Event()
+
+    def interrupted_at_the_third(topic: str, *given: Any, **options: Any) -> Any:
+        if topic == "/topic_3":
+            os.kill(os.getpid(), signal.SIGINT)
+            assert interrupted.wait(20.0)
+        return subscribe(topic, *given, **options)
+
+    close = Recorder.close
+
+    def noted(recorder: Recorder) -> None:
+        interrupted.set()
+        close(recorder)
+
+    monkeypatch.setattr(recorder_node, "subscriber", interrupted_at_the_third)
+    monkeypatch.setattr(Recorder, "close", noted)
+    with pytest.raises(KeyboardInterrupt):
+        Recorder(recorder_node, tmp_path / "a.bag", [f"/topic_{number}" for number in range(40)])
+    assert not any("/recorder" in names for names in one.master.get_system_state().subscribers.values())
+    assert not any(path.suffix == ".active" for path in tmp_path.iterdir())
+
+
+def test_a_topic_that_the_master_refuses_ends_the_recording_at_its_start(
+    nodes: tuple[Node, Node, Node], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The error of the thread that subscribes is raised to the caller."""
+
+    def refuses(*given: Any, **options: Any) -> Any:
+        raise MasterError("registerSubscriber", 0, "no more topics")
+
+    monkeypatch.setattr(nodes[2], "subscriber", refuses)
+    with pytest.raises(MasterError, match="no more topics"):
+        Recorder(nodes[2], tmp_path / "a.bag", ["/a"])
