@@ -8,15 +8,14 @@ from __future__ import annotations
 import os
 import sys
 
-from rosproto import sentence
+from rosproto import sentence, startup
 from rosproto.cli.console import OutputError
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import led, sentence_of
-from rosproto.startup import INTERRUPTED
 from rosproto.text import printable
 
 DONE, FAILED, WRONG_USE, UNREACHABLE = 0, 1, 2, 4
-TERMINATED = 143
+INTERRUPTED, TERMINATED = startup.INTERRUPTED, 143
 EXIT_CODES = {
     DONE: "done",
     FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",

@@ -56,7 +56,7 @@ class MessageHeaders:
 
 # -- state and visualization: from the order and the data of the chassis -------------------------------------
 
-T = TypeVar("T", Node, Edge, ActionState)
+T = TypeVar("T")
 
 
 def _json(data: Mapping[str, object]) -> str:
