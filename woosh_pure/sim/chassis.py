@@ -282,7 +282,7 @@ class SimulatedChassis:
         self, topic: str, filler: Callable[[World, DynamicMessage, float], None], *, always: bool = False
     ) -> None:
         publisher = self.graph.first(topic)
-        if publisher is None or not (always or publisher.connections):
+        if publisher is None or not (always or self.graph.is_heard(publisher)):
             return
         if self.network.silent:
             return
@@ -320,7 +320,7 @@ class SimulatedChassis:
     def _publish_costmap(self, now: float) -> None:
         """Publish the costmap. It is made without the lock, because a large map takes time."""
         publisher = self.graph.costmap
-        if publisher is None or not publisher.connections or now < self._due["costmap"]:
+        if publisher is None or not self.graph.is_heard(publisher) or now < self._due["costmap"]:
             return
         self._due["costmap"] = now + COSTMAP_EVERY
         with self.lock:
@@ -345,7 +345,7 @@ class SimulatedChassis:
             ("/woosh_robot_pose_ekf", ("odom", "base_link", odometry)),
         ):
             publisher = self.graph.publishers.get((node, "/tf")) or self.graph.first("/tf")
-            if publisher is not None and publisher.connections:
+            if publisher is not None and self.graph.is_heard(publisher):
                 message: Any = publisher.message_class()
                 fill_transforms(message, self.now, link)
                 _publish(publisher, message)

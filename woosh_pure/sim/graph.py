@@ -223,6 +223,10 @@ class Graph:
         row = interface.row(topic)
         return self.publishers.get((row.providers[0], topic))
 
+    def is_heard(self, publisher: rosproto.Publisher) -> bool:
+        """Whether anybody but the robot's own nodes, which ignore what it measures, is connected."""
+        return any(name not in self.nodes for name in publisher.subscribers)
+
     def check_master_now(self) -> None:
         """Make every node register again, after the master was replaced."""
         for node in self.nodes.values():
