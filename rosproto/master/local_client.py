@@ -10,7 +10,7 @@ from __future__ import annotations
 from rosproto.master.server import Master
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, Peer
-from rosproto.transport.xmlrpc_client import XmlRpcClient
+from rosproto.transport.xmlrpc_client import LastReply, XmlRpcClient
 
 _DIRECT = frozenset(
     {
@@ -47,7 +47,14 @@ class LocalClient(XmlRpcClient):
         super().__init__(master.uri, limits=limits, timeout=timeout, hosts=hosts)
         self._master = master
 
-    def call(self, method: str, *params: object, timeout: float | None = None, retry: bool = True) -> object:
+    def call(
+        self,
+        method: str,
+        *params: object,
+        timeout: float | None = None,
+        retry: bool = True,
+        last: LastReply | None = None,
+    ) -> object:
         """As `XmlRpcClient.call`."""
         if not self._closed and not self._master.closed:
             if method in _DIRECT:
@@ -55,7 +62,7 @@ class LocalClient(XmlRpcClient):
             calls = _direct_calls(params) if method == "system.multicall" else None
             if calls is not None:
                 return [[self._directly(name, arguments)] for name, arguments in calls]
-        return super().call(method, *params, timeout=timeout, retry=retry)
+        return super().call(method, *params, timeout=timeout, retry=retry, last=last)
 
     def _directly(self, method: str, params: list[object]) -> object:
         return _copied(self._master.answer(method, params, _HERE))

@@ -30,7 +30,7 @@ from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node.context import Context
 from rosproto.node.events import Event, EventKind, without_frames
-from rosproto.node.graph.master_client import SystemState
+from rosproto.node.graph.master_client import LastGraph, SystemState
 from rosproto.node.graph.registrations import Registration
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.node.outgoing.datagram_link import DatagramLink
@@ -215,6 +215,7 @@ class MasterMonitor:
         self._to_verify: dict[str, Subscription] = {}
         self._backoff = Backoff(first=0.1, factor=1.5, maximum=0.5, jitter=0.1)
         self._identity: object = None
+        self._graph = LastGraph()
         self._looks = 0
         self._compared = 0
         self._sleep = SleepDetector()
@@ -366,7 +367,7 @@ class MasterMonitor:
 
     def read_graph(self) -> SystemState:
         """The master's graph."""
-        return self._context.master.get_system_state(timeout=CALL_TIMEOUT)
+        return self._context.master.get_system_state(timeout=CALL_TIMEOUT, last=self._graph)
 
     def find_address(self) -> str:
         """Our address on the route to the master."""

@@ -15,6 +15,7 @@ from typing import TypeVar
 from rosproto.errors import RemoteProtocolError
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, XmlRpcClient, unpack
+from rosproto.transport.xmlrpc_client import LastReply
 
 T = TypeVar("T")
 Client = TypeVar("Client", bound="ApiClient")
@@ -78,11 +79,16 @@ class ApiClient:
         other._timeout = seconds
         return other
 
-    def call(self, method: str, *params: object, timeout: float | None = None) -> object:
-        """Any method of the peer with our caller id first; returns the value of its reply."""
+    def call(
+        self, method: str, *params: object, timeout: float | None = None, last: LastReply | None = None
+    ) -> object:
+        """Any method of the peer with our caller id first; returns the value of its reply.
+
+        With `last`, the value is the same object as before while the peer's reply has the same bytes.
+        """
         if timeout is None:
             timeout = self._timeout
-        reply = self._client.call(method, self.caller_id, *params, timeout=timeout)
+        reply = self._client.call(method, self.caller_id, *params, timeout=timeout, last=last)
         return unpack(method, reply, self.uri)
 
     def _typed(

@@ -14,6 +14,7 @@ from rosproto.node.graph import api_client
 from rosproto.node.graph.api_client import ApiClient
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import HostNames, unpack
+from rosproto.transport.xmlrpc_client import LastReply
 
 
 class SystemState(NamedTuple):
@@ -33,6 +34,15 @@ class SystemState(NamedTuple):
     def nodes(self) -> list[str]:
         """Every node that is registered for something, sorted."""
         return sorted({name for table in self for names in table.values() for name in names})
+
+
+class LastGraph(LastReply):
+    """The graph that was read before: a large one takes long to decode, and seldom changes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.state: SystemState | None = None
+        self.state_of: object = None
 
 
 class MasterClient(ApiClient):
@@ -113,9 +123,18 @@ class MasterClient(ApiClient):
         """topic -> type of every topic the master knows, published or not; "*" for unknown."""
         return dict(self._typed(api_client.as_pairs, "getTopicTypes", timeout=timeout))
 
-    def get_system_state(self, *, timeout: float | None = None) -> SystemState:
-        """The publishers, subscribers and services of the graph."""
-        return self._typed(_as_state, "getSystemState", timeout=timeout)
+    def get_system_state(self, *, timeout: float | None = None, last: LastGraph | None = None) -> SystemState:
+        """The publishers, subscribers and services of the graph.
+
+        With `last`, the state is the same object as before while the graph is the same.
+        """
+        if last is None:
+            return self._typed(_as_state, "getSystemState", timeout=timeout)
+        value = self.call("getSystemState", timeout=timeout, last=last)
+        if last.state is None or last.state_of is not value:
+            last.state = api_client.checked("getSystemState", self.uri, value, _as_state)
+            last.state_of = value
+        return last.state
 
     def get_uri(self, *, timeout: float | None = None) -> str:
         """The URI that the master has for itself."""

@@ -11,6 +11,7 @@ import pytest
 from rosproto.errors import MasterError, RemoteProtocolError, RosTimeout
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node, NodeClient
+from rosproto.node.graph.master_client import LastGraph
 from tests.support.victim import eventually
 
 
@@ -79,3 +80,16 @@ def test_several_calls_give_a_value_or_an_error_each(
         assert uri == node.uri
         assert isinstance(missing, MasterError)
         assert missing.code == -1
+
+
+def test_a_graph_that_has_not_changed_is_not_decoded_again() -> None:
+    """It is read every few seconds, and a large one takes long."""
+    last = LastGraph()
+    with Master() as master, MasterClient(master.uri, "/n") as client:
+        client.register_publisher("/a", "std_msgs/String", "http://127.0.0.1:1/")
+        first = client.get_system_state(last=last)
+        assert client.get_system_state(last=last) is first
+        client.register_publisher("/b", "std_msgs/String", "http://127.0.0.1:1/")
+        changed = client.get_system_state(last=last)
+        assert changed == client.get_system_state()
+        assert sorted(changed.publishers) == ["/a", "/b"]
