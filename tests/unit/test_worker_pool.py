@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import threading
+import weakref
 
 import pytest
 
@@ -110,17 +112,30 @@ def test_work_that_is_due_is_not_delayed_by_a_task_that_waits():
 def test_quick_tasks_that_come_at_once_share_threads():
     """As long as the first thread has not taken its task, no other one is started."""
     helpers = WorkerPool("helpers few", 1000, daemon=True, idle_seconds=5.0, gradual=True)
-    with helpers._changed:
-        tasks = [helpers.add(lambda: None) for _ in range(50)]
-        assert threads("helpers few") == 1
-    for task in tasks:
-        task.result(10)
+    taken, go = threading.Event(), threading.Event()
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(60)  # the thread does not run before this one waits
+    try:
+        tasks = [helpers.add(lambda: (taken.set(), go.wait(10))[1]) for _ in range(50)]
+        before = threads("helpers few")
+    finally:
+        sys.setswitchinterval(interval)
+    assert before <= 2  # starting a thread waits for it
+    assert taken.wait(10)
+    go.set()
+    assert all(task.result(10) for task in tasks)
     helpers.close()
 
 
 def test_cancelled_tasks_that_were_due_later_are_not_kept():
     helpers = WorkerPool("helpers swept", 1, daemon=True)
+    kept = [weakref.ref(helpers.add_later(3600, lambda: None)) for _ in range(2000)]
+    for reference in kept:
+        task = reference()
+        assert task is not None
+        task.cancel()
+    del task
     for _ in range(2000):
         helpers.add_later(3600, lambda: None).cancel()
-    assert len(helpers._later) < 600
+    assert sum(reference() is not None for reference in kept) < 600
     helpers.close()

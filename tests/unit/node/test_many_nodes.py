@@ -11,7 +11,7 @@ import pytest
 
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node
-from rosproto.node.master_monitor import MAX_LOOKUPS
+from rosproto.node.master_monitor import MAX_LOOKUPS, MasterMonitor, MasterView
 from tests.support.waiting import until
 
 NODES = 25
@@ -44,18 +44,30 @@ def nodes(asked: Counter[str]) -> Iterator[list[Node]]:
         yield opened
 
 
-def looks(node: Node) -> int:
-    return node._parts.master_monitor._looks
+@pytest.fixture(autouse=True)
+def looked(monkeypatch: pytest.MonkeyPatch) -> Counter[str]:
+    """The looks at the master, by node."""
+    counted: Counter[str] = Counter()
+    look = MasterMonitor.look
+
+    def count(monitor: MasterMonitor, view: MasterView, busy: float) -> None:
+        look(monitor, view, busy)
+        counted[monitor.name] += 1
+
+    monkeypatch.setattr(MasterMonitor, "look", count)
+    return counted
 
 
-def test_the_master_is_asked_once_for_all_nodes(nodes: list[Node], asked: Counter[str]) -> None:
+def test_the_master_is_asked_once_for_all_nodes(
+    nodes: list[Node], asked: Counter[str], looked: Counter[str]
+) -> None:
     """Its process id and the graph once in a round, not once for each node, and a few names."""
     for node in nodes:
         node.watch_master(period=0.2, full_check_every=2)
-    until(lambda: all(looks(node) for node in nodes))
-    before, first = Counter(asked), sum(map(looks, nodes))
-    until(lambda: sum(map(looks, nodes)) - first >= 10 * NODES)
-    rounds = (sum(map(looks, nodes)) - first) / NODES
+    until(lambda: len(looked) == NODES)
+    before, first = Counter(asked), looked.total()
+    until(lambda: looked.total() - first >= 10 * NODES)
+    rounds = (looked.total() - first) / NODES
     during = asked - before
     assert during["getPid"] <= 3 * rounds  # one, as long as the computer is not too busy
     assert during["getSystemState"] <= 2 * rounds
@@ -74,22 +86,23 @@ def test_a_node_that_the_master_has_forgotten_is_registered_again(nodes: list[No
         until(lambda: len(somebody.get_system_state().publishers) == NODES)
 
 
-def test_no_thread_waits_for_one_node(nodes: list[Node]) -> None:
+def test_no_thread_waits_for_one_node(nodes: list[Node], looked: Counter[str]) -> None:
     """A thread for the connections and a few that they share, whatever their number."""
-    until(lambda: all(looks(node) for node in nodes))
+    until(lambda: len(looked) == NODES)
     names = Counter(thread.name for thread in threading.enumerate() if "/n" in thread.name)
     assert not [name for name in names if "monitor" in name or "accept" in name]
 
 
-def test_closing_a_node_ends_its_looks_and_no_others(nodes: list[Node]) -> None:
+def test_closing_a_node_ends_its_looks_and_no_others(nodes: list[Node], looked: Counter[str]) -> None:
     """The first one, which asks for all, and one behind it."""
     for node in nodes:
         node.watch_master(period=0.05, full_check_every=2)
         node.check_master_now()
-    until(lambda: all(looks(node) for node in nodes))
+    until(lambda: len(looked) == NODES)
     nodes[0].close()
     nodes[7].close()
-    closed, others = (nodes[0], nodes[7]), [node for node in nodes if not node.closed]
-    ended, before = [looks(node) for node in closed], [looks(node) for node in others]
-    until(lambda: all(looks(node) > count + 3 for node, count in zip(others, before, strict=True)))
-    assert [looks(node) for node in closed] == ended
+    before = Counter(looked)
+    until(lambda: all((looked - before)[node.name] > 3 for node in nodes if not node.closed))
+    during = looked - before
+    assert not during[nodes[0].name]
+    assert not during[nodes[7].name]

@@ -5,13 +5,15 @@ from __future__ import annotations
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import pytest
 
 from rosproto.master import Master
-from rosproto.node import MasterClient, Node
+from rosproto.node import MasterClient, Node, Subscriber
+from rosproto.node.graph.registrations import Registration, Registrations
 from rosproto.node.incoming import publisher_link_state
+from rosproto.node.incoming.subscription import Subscription
 from rosproto.transport import shared_threads
 from tests.support.ros import free_port
 from tests.support.waiting import until
@@ -43,6 +45,13 @@ Graph = tuple[Node, MasterClient]
 
 def link_threads(topic: str) -> int:
     return sum(thread.name.startswith(f"rosproto:{topic}") for thread in threading.enumerate())
+
+
+def waiting(node: Node) -> Subscriber:
+    """A subscriber of /t whose link waits for its next try."""
+    subscriber = node.subscriber("/t", STRING)
+    until(lambda: subscriber.errors and [link.state for link in node.stats().links] == ["waiting"])
+    return subscriber
 
 
 def test_links_that_wait_have_no_thread(graph: Graph, dead: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,17 +87,24 @@ def test_asking_the_master_does_not_shorten_the_wait(
     graph: Graph, dead: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A link that asks whether its publisher is still listed would otherwise try for ever at full speed."""
-    monkeypatch.setattr(publisher_link_state, "GONE", (600.0, 600.0))
+    monkeypatch.setattr(publisher_link_state, "GONE", (0.01, 0.01))
+    nudges: list[object] = []
+    monkeypatch.setattr(Subscription, "nudge", nudges.append)
+    asked = threading.Event()
+    announce = Registrations.announce_again
+
+    def noted(self: Registrations, registrations: Iterable[Registration]) -> None:
+        some = list(registrations)
+        announce(self, some)
+        if some:
+            asked.set()
+
+    monkeypatch.setattr(Registrations, "announce_again", noted)
     node, client = graph
     client.register_publisher("/t", STRING, f"http://127.0.0.1:{dead}/")
-    subscriber = node.subscriber("/t", STRING)
-    until(lambda: subscriber.errors)
-    (link,) = node._parts.topics.subscription("/t").links.values()
-    until(lambda: link._retry is not None)
-    first = link._retry
-    node._parts.master_monitor.check_publishers(node._parts.topics.subscription("/t"))
-    until(lambda: not node._parts.master_monitor._to_verify)
-    assert link._retry is first
+    node.subscriber("/t", STRING)
+    assert asked.wait(20)  # by the link, after some tries
+    assert not nudges
 
 
 def test_closing_a_link_that_waits_takes_no_time(
@@ -98,20 +114,16 @@ def test_closing_a_link_that_waits_takes_no_time(
     monkeypatch.setattr(publisher_link_state, "GONE", (600.0, 600.0))
     node, client = graph
     client.register_publisher("/t", STRING, f"http://127.0.0.1:{dead}/")
-    subscriber = node.subscriber("/t", STRING)
-    until(lambda: subscriber.errors)
-    (link,) = node._parts.topics.subscription("/t").links.values()
-    until(lambda: link._retry is not None)
+    subscriber = waiting(node)
     began = time.monotonic()
     subscriber.close()
     assert time.monotonic() - began < 2.0
-    assert link.closed
-    assert link._retry is None
+    assert not node.stats().links
     assert not link_threads("/t")
 
 
 def test_links_are_tried_again_though_no_thread_can_be_started(
-    graph: Graph, dead: int, monkeypatch: pytest.MonkeyPatch
+    graph: Graph, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A process that reaches its limit of threads for a while does not lose its links."""
     refused = threading.Event()
@@ -121,16 +133,16 @@ def test_links_are_tried_again_though_no_thread_can_be_started(
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr(publisher_link_state, "GONE", (0.01, 0.01))
+    port = free_port()
     node, client = graph
-    client.register_publisher("/t", STRING, f"http://127.0.0.1:{dead}/")
-    subscriber = node.subscriber("/t", STRING)
-    until(lambda: subscriber.errors)
-    (link,) = node._parts.topics.subscription("/t").links.values()
+    client.register_publisher("/t", STRING, f"http://127.0.0.1:{port}/")
+    subscriber = waiting(node)
     with monkeypatch.context() as patched:
         patched.setattr(threading.Thread, "start", refuse)
         assert refused.wait(5)
-    tried = link._attempts
-    until(lambda: link._attempts > tried)
+    with Node("/back", master_uri=client.uri, port=port, rosout=False) as back:
+        back.publisher("/t", STRING)
+        subscriber.wait_for_connection(5.0)
 
 
 def test_one_pool_for_the_process() -> None:
