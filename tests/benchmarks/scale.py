@@ -1,7 +1,8 @@
 """Many subscribers, many topics, many connections, beside rospy: rate, latency, threads and memory per link.
 
     python -m tests.benchmarks scale [--subscribers 50] [--topics 200] [--connections 1000] [--seconds 3]
-                                     [--gone 400] [--only subscribers,topics,connections,gone]
+                                     [--gone 400] [--nodes 200] [--registrations 10000] [--simulators 20]
+                                     [--only subscribers,topics,connections,gone,nodes,registrations,simulators]
 
 * N processes' worth of subscribers of one topic: one publisher, N plain sockets that read and count; the same
   reader for both libraries, so only the publisher differs. Messages per second, CPU per message, latency of one
@@ -9,6 +10,8 @@
 * M topics on one node: one publisher node, one subscriber node, each topic at 10 Hz.
 * K idle connections to one publisher: memory and threads per connection, and whether the next subscriber is served.
 * One subscriber of G topics whose publishers are registered and gone: processor time and threads, after a while.
+* N idle nodes of ours in one process, a node beside R registrations (and one of rospy), and S simulated chassis in one
+  process: processor time, threads and files.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ import select
 import socket
 import statistics
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -30,6 +34,7 @@ from tests.benchmarks.transport import Bench, _answer, _last
 from tests.support.attacks import read_header
 
 TWIST_MD5 = "9f195f881246fdfa2798d1d3eebca84a"
+ROOT = Path(__file__).resolve().parents[2]
 FRAME = 52  # bytes of a Twist with its length
 
 
@@ -43,7 +48,9 @@ def run(arguments: list[str]) -> None:
     parser.add_argument(
         "--settle", type=float, default=60.0, help="seconds before idle processes are measured"
     )
-    parser.add_argument("--only", default="subscribers,topics,connections,gone")
+    parser.add_argument(
+        "--only", default="subscribers,topics,connections,gone,nodes,registrations,simulators"
+    )
     args = parser.parse_args(arguments)
     only = args.only.split(",")
     with tempfile.TemporaryDirectory() as folder, Bench(Path(folder), 1, args.seconds) as bench:
@@ -55,6 +62,12 @@ def run(arguments: list[str]) -> None:
             many_connections(bench, args.connections)
         if "gone" in only:
             gone_publishers(bench, args.gone, args.settle, args.seconds)
+        if "nodes" in only:
+            many_idle(bench, NODES, args.nodes, "nodes", args.seconds)
+        if "registrations" in only:
+            many_registrations(bench, args.registrations, args.seconds)
+        if "simulators" in only:
+            many_idle(bench, SIMULATORS, args.simulators, "simulated chassis", args.seconds)
 
 
 def subscribe(bench: Bench, node: str, count: int) -> list[socket.socket]:
@@ -274,3 +287,72 @@ def idle_cost(pid: int, seconds: float) -> str:
         f"{(after[2] - before[2]) / seconds:7.2%} of a core, {after[1]} threads, {files} files,"
         f" {after[0] / 2**20:.0f} MiB"
     )
+
+
+NODES = """
+import sys, time, rosproto
+nodes = [rosproto.Node(f"/node{i}", master_uri=sys.argv[1]) for i in range(int(sys.argv[2]))]
+for node in nodes:
+    node.publisher(f"{node.name}/out", "std_msgs/String")
+    node.subscriber("/all", "std_msgs/String")
+print("ready", flush=True)
+sys.stdin.readline()
+began = time.process_time()
+for node in nodes:
+    node.close()
+print(time.process_time() - began, flush=True)
+"""
+SIMULATORS = """
+import sys, time
+from woosh_pure import SimulatedChassis
+robots = [SimulatedChassis().start() for _ in range(int(sys.argv[2]))]
+print("ready", flush=True)
+sys.stdin.readline()
+began = time.process_time()
+for robot in robots:
+    robot.close()
+print(time.process_time() - began, flush=True)
+"""
+
+
+def many_idle(bench: Bench, program: str, count: int, what: str, seconds: float) -> None:
+    """Many things of ours in one process, at rest, and what closing them costs."""
+    print(f"\n{count} {what} in one process")
+    bench.renew_master()
+    process = subprocess.Popen(
+        [sys.executable, "-c", program, bench.uri, str(count)],
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(12)  # the first looks at the master are over, and idle threads have ended
+        print(f"  ours   {idle_cost(process.pid, max(seconds, 10.0))}")
+        process.stdin.write("\n")
+        process.stdin.flush()
+        took = float(process.stdout.readline())
+        print(f"         closing them takes {took:.1f} s of processor time")
+    finally:
+        _end(process, [])
+
+
+def many_registrations(bench: Bench, count: int, seconds: float) -> None:
+    print(f"\nan idle node beside {count} registrations")
+    for library in ("rospy", "ours"):
+        bench.renew_master()
+        with XmlRpcClient(bench.uri) as master:
+            for number in range(count):
+                master.call(
+                    "registerPublisher", "/many", f"/topic/{number}", "std_msgs/String", "http://127.0.0.1:9/"
+                )
+        process = bench.start(library, "many_subscribe", topics=1, life=60 + seconds)
+        try:
+            _answer(process, "ready")
+            time.sleep(12)
+            print(f"  {library:6} {idle_cost(process.pid, max(seconds, 20.0))}")
+        finally:
+            _end(process, [])
