@@ -273,17 +273,6 @@ class PublisherLink:
                 return
             self._retry = None
 
-    def _step(self, event: LinkEvent) -> LinkState:
-        """Enter the next state of the table; only this method changes the state."""
-        with self._condition:
-            self.state = next_state(self.state, event)
-            return self.state
-
-    @property
-    def _lasted(self) -> float | None:
-        """Seconds since the session began; None without a session."""
-        return None if self._begun_at is None else monotonic() - self._begun_at
-
     def _begun(self) -> None:
         self._sessions += 1
         self._attempts = 0

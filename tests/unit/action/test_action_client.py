@@ -329,7 +329,8 @@ def test_waiting_for_the_server_says_which_part_is_missing():
             client.wait_for_server(1)
         graph.unreachable["/act/status"] = ["http://robot:1"]
         with pytest.raises(
-            RosTimeout, match="/act/status is published, but its publisher is not connected: http://robot:1 is"
+            RosTimeout,
+            match="/act/status is published, but its publisher is not connected: http://robot:1 is",
         ):
             client.wait_for_server(1)
         graph.fake_publishers["/act/status"] = ["/srv"]
