@@ -154,6 +154,11 @@ _NAMELESS = "Constants without a usable name (`int8 =1`) are refused: no generat
 _LENIENT = "Full texts of peers may have TABs, other lines of =, and faults in sections that nothing uses."
 
 DIFFERENCES: list[Difference] = [
+    Difference(
+        "RosserviceCall",
+        "Angles such as deg(90) are numbers here, too, as in parameters.",
+        _in_case(r"(deg|rad)\("),
+    ),
     Difference("Definition", _NAMELESS, _nameless),
     Difference("DefinitionByLayer", _NAMELESS, _nameless),
     Difference("FullText", _LENIENT, _lenient),
