@@ -9,6 +9,7 @@ from rosproto.bag.message_offsets import MESSAGE_HEAD
 from rosproto.bag.records import Connection
 from rosproto.bag.time_order import ChunkMessages
 from rosproto.codec import AnyMsg, Message, decoder, define, message_class
+from rosproto.codec.message import MessageMeta
 from rosproto.errors import BagError, DefinitionError
 from rosproto.msg import bundled
 from rosproto.time import Time
@@ -128,7 +129,8 @@ def publishable_class_of(connection: Connection) -> type[Message]:
     if found._md5sum == connection.md5sum:
         return found
     recorded = {"_type": connection.type, "_md5sum": connection.md5sum, "_full_text": connection.definition}
-    return type(AnyMsg)("AnyMsg", (AnyMsg,), {"__slots__": (), **recorded})
+    made: type[Message] = MessageMeta("AnyMsg", (AnyMsg,), {"__slots__": (), **recorded})
+    return made
 
 
 def _bundled(connection: Connection) -> type[Message] | None:

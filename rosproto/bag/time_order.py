@@ -342,14 +342,14 @@ class ReadAhead:
         # A larger chunk is not read ahead. What another one has read ahead is still in memory.
         self._most = AHEAD_BYTES // self._depth // (1 if beside is None else 4)
         # Daemon threads: a program that ends does not need their results.
-        self._workers = (
+        self._workers: WorkerPool = (
             beside._workers
             if beside
             else WorkerPool("rosproto:bag reader", helpers, daemon=True, in_caller=True)
         )
         self._tasks: dict[int, Future[ChunkData | None]] = {}
         self._begun = 0
-        self._packed = beside is not None and beside._packed
+        self._packed: bool = beside is not None and beside._packed
 
     def take(self, number: int) -> ChunkData:
         """Return the chunk with this number in the order; a chunk taken before is read again.
