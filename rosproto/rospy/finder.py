@@ -248,7 +248,7 @@ _ABSENT_PARTS = {
     "rosgraph": "rosgraph.Master calls the master; rosproto.Node has a server for its slave API",
     "roslib": "it is of the build before catkin; roslib.packages finds packages, genmsg reads definitions",
     "rospkg": "the real one has it: pip install rospkg",
-    "rospy": "it is part of rospy's own connections and commands, which are rosproto's here",
+    "rospy": "this layer has no such part of rospy, whose connections and commands are rosproto's here",
     "rostest": "launch files are not served: rostest.rosrun runs a test, and unittest or pytest find tests",
     "rosunit": "rosunit.unitrun runs a test, and unittest or pytest find tests",
     "tf": "tf.TransformListener, tf.TransformBroadcaster and tf.transformations are what there is",

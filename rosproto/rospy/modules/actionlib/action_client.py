@@ -304,8 +304,8 @@ class ActionClient:
             return rospy.Subscriber(name + part, kind, callback=callback, queue_size=self.sub_queue_size)
 
         self.status_sub = subscribe("/status", GoalStatusArray, self._status_cb)
-        self.result_sub = subscribe("/result", self.ActionResult, self.manager.update_results)
-        self.feedback_sub = subscribe("/feedback", self.ActionFeedback, self.manager.update_feedbacks)
+        self.result_sub = subscribe("/result", self.ActionResult, self._result_cb)
+        self.feedback_sub = subscribe("/feedback", self.ActionFeedback, self._feedback_cb)
         GoalStatus()  # generate its constructor now, not in the first `send_goal`
 
     def stop(self):
@@ -353,3 +353,9 @@ class ActionClient:
     def _status_cb(self, message):
         self.last_status_msg = message
         self.manager.update_statuses(message)
+
+    def _result_cb(self, message):
+        self.manager.update_results(message)
+
+    def _feedback_cb(self, message):
+        self.manager.update_feedbacks(message)
