@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from rosproto.bag.message_offsets import MESSAGE_HEAD
 from rosproto.bag.records import Connection
@@ -129,8 +129,7 @@ def publishable_class_of(connection: Connection) -> type[Message]:
     if found._md5sum == connection.md5sum:
         return found
     recorded = {"_type": connection.type, "_md5sum": connection.md5sum, "_full_text": connection.definition}
-    made: type[Message] = MessageMeta("AnyMsg", (AnyMsg,), {"__slots__": (), **recorded})
-    return made
+    return cast("type[Message]", MessageMeta("AnyMsg", (AnyMsg,), {"__slots__": (), **recorded}))
 
 
 def _bundled(connection: Connection) -> type[Message] | None:

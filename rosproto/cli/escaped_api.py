@@ -9,6 +9,7 @@ from __future__ import annotations
 from rosproto.node.graph.master_client import MasterClient
 from rosproto.node.graph.slave_client import NodeClient
 from rosproto.text import printable
+from rosproto.transport.xmlrpc_client import LastReply
 
 _VALUES = frozenset({"getParam", "subscribeParam"})
 
@@ -16,10 +17,12 @@ _VALUES = frozenset({"getParam", "subscribeParam"})
 class _EscapedCalls:
     """Mixin for a client: escapes strings in replies, and translates them back in requests."""
 
-    def call(self, method: str, *params: object, timeout: float | None = None) -> object:
+    def call(
+        self, method: str, *params: object, timeout: float | None = None, last: LastReply | None = None
+    ) -> object:
         theirs = self.__dict__.setdefault("_theirs", {})
         asked = [theirs.get(p, p) if isinstance(p, str) else p for p in params]
-        value: object = super().call(method, *asked, timeout=timeout)  # type: ignore[misc]
+        value: object = super().call(method, *asked, timeout=timeout, last=last)  # type: ignore[misc]
         return value if method in _VALUES else _shown(value, theirs)
 
 

@@ -188,10 +188,11 @@ def _further(args: Namespace) -> list[tuple[str, str]]:
 
 def _called(address: str) -> str:
     """Return the default name of a robot: its host, and its port unless it is the default."""
-    from woosh_pure.connection.arguments import DEFAULT_PORT, master_uri_of
+    from rosproto.transport.uri import MASTER_PORT
+    from woosh_pure.connection.arguments import master_uri_of
 
     master = urlsplit(master_uri_of(address))
-    port = "" if master.port in (None, DEFAULT_PORT) else f":{master.port}"
+    port = "" if master.port in (None, MASTER_PORT) else f":{master.port}"
     return f"{master.hostname or address}{port}".replace("%", "-")
 
 
