@@ -10,12 +10,13 @@ from rosproto.transport.own_address import local_address_towards
 from rosproto.transport.robot_host_names import HostNames, hosts_advice, parse_host_names
 from rosproto.transport.tcp import connect, read_header, reuse_address, write_header
 from rosproto.transport.tcp_server import TcpServer
-from rosproto.transport.uri import is_loopback, make_uri, master_uri_of, parse_uri
+from rosproto.transport.uri import MASTER_PORT, is_loopback, make_uri, master_uri_of, parse_uri
 from rosproto.transport.xmlrpc_client import XmlRpcClient, unpack
 from rosproto.transport.xmlrpc_server import Peer, XmlRpcServer
 
 __all__ = [
     "AT_ONCE",
+    "MASTER_PORT",
     "Backoff",
     "Deadline",
     "HostNames",

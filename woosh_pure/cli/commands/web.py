@@ -188,7 +188,7 @@ def _further(args: Namespace) -> list[tuple[str, str]]:
 
 def _called(address: str) -> str:
     """Return the default name of a robot: its host, and its port unless it is the default."""
-    from rosproto.transport.uri import MASTER_PORT
+    from rosproto.transport import MASTER_PORT
     from woosh_pure.connection.arguments import master_uri_of
 
     master = urlsplit(master_uri_of(address))
