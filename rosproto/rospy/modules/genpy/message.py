@@ -94,10 +94,6 @@ def _assign(self, slots, args, kwds):
             setattr(self, name, value)
 
 
-def _definition(message):
-    return getattr(message, "_type", None), getattr(message, "_md5sum", None)
-
-
 class _Checked:
     """What both kinds of messages share."""
 
@@ -117,8 +113,7 @@ class _Checked:
         return strify_message(self)
 
     def __eq__(self, other):
-        # Two classes of one definition may exist: parts of messages of a bag, and of what was pickled.
-        if not isinstance(other, self.__class__) and _definition(other) != _definition(self):
+        if not isinstance(other, self.__class__):
             return False
         for name in self.__slots__:
             try:
@@ -253,19 +248,21 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
         self._connection_header = None
 
     def __reduce_ex__(self, protocol):
-        """By the name of the class, as genpy's; a class of a bag's definition by that definition."""
+        """By the name of the class, as genpy's; of a class of a bag's definition, that definition and the bytes."""
         binding = self._binding
         if type(self) is binding.cls and binding.library is not library():
             found = self._type, self._md5sum, self._full_text, binding.value_style.name
-            return _restored, found, self.__getstate__()
+            return _restored, (*found, encode_message(self))
         return object.__reduce_ex__(self, protocol)
 
     __reduce__ = object.__reduce__  # which object.__reduce_ex__ takes for not overridden
 
 
-def _restored(type_, md5sum, full_text, style):
-    """An empty message of a definition, which pickle fills. Importing this module makes the styles known."""
-    return restore(type_, md5sum, full_text, style)
+def _restored(type_, md5sum, full_text, style, data):
+    """A message of a definition. Importing this module makes the styles known."""
+    message = restore(type_, md5sum, full_text, style)
+    message.deserialize(data)
+    return message
 
 
 def _style(name, views):

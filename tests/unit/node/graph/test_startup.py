@@ -23,7 +23,7 @@ class Answers:
         self._answers = answers
         self._multicall = multicall
 
-    def call(self, method: str, *params: Any, timeout: float | None = None) -> object:
+    def call(self, method: str, *params: Any, timeout: float | None = None, last: Any = None) -> object:
         self.asked.append(method)
         if method != "system.multicall":
             return self._answers[params[1] if method == "getParam" else method]
