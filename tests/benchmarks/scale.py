@@ -45,6 +45,9 @@ def run(arguments: list[str]) -> None:
     parser.add_argument("--connections", type=int, default=1000)
     parser.add_argument("--seconds", type=float, default=3.0)
     parser.add_argument("--gone", type=int, default=400)
+    parser.add_argument("--nodes", type=int, default=200)
+    parser.add_argument("--registrations", type=int, default=10_000)
+    parser.add_argument("--simulators", type=int, default=20)
     parser.add_argument(
         "--settle", type=float, default=60.0, help="seconds before idle processes are measured"
     )
