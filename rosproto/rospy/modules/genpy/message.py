@@ -248,7 +248,7 @@ class RosMessage(_Checked, CodecMessage, metaclass=_RosMeta):
         self._connection_header = None
 
     def __reduce_ex__(self, protocol):
-        """By the name of the class, as genpy's; of a class of a bag's definition, that definition and the bytes."""
+        """By the name of the class, as genpy's; for a class of a bag's definition, by that and the bytes."""
         binding = self._binding
         if type(self) is binding.cls and binding.library is not library():
             found = self._type, self._md5sum, self._full_text, binding.value_style.name
