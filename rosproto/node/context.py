@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost
 from rosproto.logs import PeerLog
@@ -33,12 +33,6 @@ MASTER_CALL_SECONDS = 10.0
 FAREWELL_SECONDS = 2.0  # for unregistering; the master monitor completes the rest later
 
 
-class CheckPublishers(Protocol):
-    """`MasterMonitor.check_publishers`."""
-
-    def __call__(self, subscription: Subscription, *, at_once: bool = True) -> None: ...
-
-
 class Context:
     """State shared by the topics and services of one node.
 
@@ -58,7 +52,8 @@ class Context:
         events: The latest events; `emit` adds one and calls `on_event`.
         peer_log: Bounded log of events that peers cause.
         local_nodes: Nodes of this process that are connected without sockets; None to use sockets only.
-        check_publishers: Called with a subscription, to query its publishers at the master.
+        check_publishers: Called with a subscription, to query its publishers at the master, and with whether
+            that should be at once, not with the next look.
     """
 
     def __init__(
@@ -81,7 +76,7 @@ class Context:
         self.peer_log = PeerLog("rosproto.node")
         self.events = Events(name, on_event)
         self.lifecycle = Lifecycle()
-        self.check_publishers: CheckPublishers = lambda subscription, *, at_once=True: None
+        self.check_publishers: Callable[[Subscription, bool], None] = lambda subscription, at_once: None
         self._link_ids = itertools.count(1)
         host_of_master, port = parse_uri(master_uri)
         self.hosts = HostNames(hosts, master=host_of_master)

@@ -254,7 +254,7 @@ class MasterMonitor:
         """Of the node."""
         return self._context.uri
 
-    def check_publishers(self, subscription: Subscription, *, at_once: bool = True) -> None:
+    def check_publishers(self, subscription: Subscription, at_once: bool) -> None:
         """Ask the master for the publishers of a topic, at once or in the next look."""
         with self._lock:
             if len(self._to_verify) >= MAX_TO_VERIFY:
@@ -394,7 +394,7 @@ class MasterMonitor:
             subscription = self._topics.subscription(registration.name)
             publishers = state.publishers.get(registration.name, ())
             if subscription is not None and not subscription.knows(publishers):
-                self.check_publishers(subscription)
+                self.check_publishers(subscription, at_once=True)
 
     @staticmethod
     def forget_unsubscribed(links: Sequence[DatagramLink], state: SystemState) -> None:

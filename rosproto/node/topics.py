@@ -294,7 +294,7 @@ class TopicTable:
         subscription = self._subscriptions.get(topic)
         if subscription is not None:
             subscription.nudge()
-            self._context.check_publishers(subscription)
+            self._context.check_publishers(subscription, True)
 
     def bus_info(self) -> list[list[object]]:
         """[connectionId, destinationId, direction, transport, topic, connected, text] for each link."""

@@ -297,7 +297,7 @@ class PublisherLink:
         self._attempts += 1
         slow = self._waited > ASK_AFTER_SECONDS
         if slow or self._attempts % ASK_EVERY == 0:
-            self._context.check_publishers(self.subscription, at_once=not slow)
+            self._context.check_publishers(self.subscription, not slow)
         if was is LinkState.RECEIVING:
             kind = EventKind.DISCONNECTED
         else:
