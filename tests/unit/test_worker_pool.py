@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 import weakref
 
@@ -109,21 +108,16 @@ def test_work_that_is_due_is_not_delayed_by_a_task_that_waits():
     assert all(task.result(10) for task in slow)
 
 
-def test_quick_tasks_that_come_at_once_share_threads():
+def test_quick_tasks_that_come_at_once_share_threads(monkeypatch):
     """As long as the first thread has not taken its task, no other one is started."""
     helpers = WorkerPool("helpers few", 1000, daemon=True, idle_seconds=5.0, gradual=True)
-    taken, go = threading.Event(), threading.Event()
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(60)  # the thread does not run before this one waits
-    try:
-        tasks = [helpers.add(lambda: (taken.set(), go.wait(10))[1]) for _ in range(50)]
-        before = threads("helpers few")
-    finally:
-        sys.setswitchinterval(interval)
-    assert before <= 2  # starting a thread waits for it
-    assert taken.wait(10)
-    go.set()
-    assert all(task.result(10) for task in tasks)
+    start, begun = threading.Thread.start, []
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, "start", lambda thread: begun.append(thread))
+        tasks = [helpers.add(lambda n=n: n) for n in range(50)]
+    assert len(begun) == 1
+    start(begun[0])
+    assert [task.result(10) for task in tasks] == list(range(50))
     helpers.close()
 
 

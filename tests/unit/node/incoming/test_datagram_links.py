@@ -191,8 +191,14 @@ def test_who_asks_again_has_one_connection(nodes: tuple[Node, Node], monkeypatch
     subscriber = listener.subscriber("/words", "std_msgs/String", unreliable=True)
     publisher.wait_for_connection(timeout=10)
     (before,) = connections(talker)
-    seconds = iter([3600.0, 3600.0])  # for each node
-    monkeypatch.setattr(SleepDetector, "slept", lambda *_: next(seconds, 0.0))
+    slept: set[SleepDetector] = set()  # each node notices it once
+
+    def notice(detector: SleepDetector, _meant: float) -> float:
+        new = detector not in slept
+        slept.add(detector)
+        return 3600.0 if new else 0.0
+
+    monkeypatch.setattr(SleepDetector, "slept", notice)
     eventually(lambda: connections(talker) not in ([before], []))
     publisher.publish(data="again")
     assert subscriber.next(timeout=10).data == "again"

@@ -9,6 +9,8 @@ from string import Formatter
 
 import pytest
 
+pytest.importorskip("pydantic", reason="needs the extra `web`")
+
 from woosh_pure.enums import RobotMode, RobotState, TaskState
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.reasons import ReasonKey

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytest.importorskip("pydantic", reason="needs the extra `web`")
+
 from rosproto.errors import ConnectionLost, RosTimeout, ServiceError
 from woosh_pure.errors import ChassisError, FirmwareLimit, MotionRefused, StaleState
 from woosh_pure.faults import decode_status_code
