@@ -49,6 +49,7 @@ def test_by_name_and_by_position(value: object) -> None:
 def test_one_bare_value() -> None:
     """`rostopic pub /say std_msgs/String hello` needs no braces."""
     assert from_dict(String, "hello").data == "hello"
+    assert from_dict(String, {"data": None}).data == ""  # `data:` without a value
     with pytest.raises(CodecError, match="5 is not a string; quote it"):
         from_dict(String, 5)  # 007 would be "7"
 
@@ -91,6 +92,8 @@ def test_now_and_auto() -> None:
         (Polygon, {"points": 3}, "is not a list"),
         (PoseStamped, {"header": {"seq": 1.5}}, "is not a valid uint32"),
         (PoseStamped, {"header": {"stamp": "soon"}}, "is not a time"),
+        (PoseStamped, {"header": {"seq": -1}}, "-1 is out of range for uint32; expected 0 to 4294967295"),
+        (PoseStamped, {"header": {"stamp": {"secs": -1}}}, "-1 is out of range for a time"),
         (String, {"data": [1]}, "is not a string"),
     ],
 )
