@@ -66,6 +66,7 @@ class WorkerPool:
         self._sweep_at = _FIRST_SWEEP
         self._changed = threading.Condition()  # reentrant: a signal handler may add a task
         self._threads = self._idle = 0
+        self._started: list[threading.Thread] = []
         self._coming = False  # a thread was started or woken, and has not taken a task yet
         self._closed = False
 
@@ -125,6 +126,13 @@ class WorkerPool:
             self._later.clear()
             self._changed.notify_all()
 
+    def join(self, timeout: float) -> None:
+        """Wait for the end of the threads of a closed pool, except the calling one."""
+        end = monotonic() + timeout
+        for thread in list(self._started):
+            if thread is not threading.current_thread():
+                thread.join(max(0.0, end - monotonic()))
+
     def _provide_thread(self, urgent: bool = False) -> None:
         """Wake an idle thread or start one, if there may be one more."""
         if self._gradual and self._coming:
@@ -134,12 +142,15 @@ class WorkerPool:
             self._changed.notify()
         elif self._threads < self._max_threads or urgent:
             run = partial(self._run, self._idle_seconds)
+            thread = threading.Thread(target=run, name=self._name, daemon=self._daemon)
             try:
-                threading.Thread(target=run, name=self._name, daemon=self._daemon).start()
+                thread.start()
             except BaseException:
                 self._coming = False
                 raise
             self._threads += 1
+            self._started = [each for each in self._started if each.is_alive()]
+            self._started.append(thread)
         else:
             self._coming = False
 

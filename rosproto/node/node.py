@@ -31,6 +31,7 @@ from rosproto.node.stats import ConnectedLink, NodeStats
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport.deadline import Deadline, wait_event
 from rosproto.transport.os_errors import system_errors
+from rosproto.transport.shared_threads import hold_shared_threads
 from rosproto.transport.uri import master_uri_of
 
 if TYPE_CHECKING:
@@ -158,6 +159,7 @@ class Node:
     def _start(self, settings: GraphSettings, *, rosout: bool, follow_clock: bool) -> None:
         """Open the node's own topics and services; then watch the master."""
         parts, lifecycle = self._parts, self._parts.context.lifecycle
+        hold_shared_threads()  # `close` releases them
         parts.note_local()
         lifecycle.closers.append(self.clock.close)
         self.clock.attach(lifecycle.closing, self.subscriber if follow_clock and settings.simulated else None)

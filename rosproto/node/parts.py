@@ -30,6 +30,7 @@ from rosproto.node.topics import TopicTable
 from rosproto.sentence import say
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.name_lookup import resolve
+from rosproto.transport.shared_threads import release_shared_threads
 
 if TYPE_CHECKING:
     from rosproto.node.services.table import Services
@@ -198,6 +199,7 @@ class NodeParts:
             partial(context.close_servers, seconds),
             # Again: a call to the master that hung has ended with the client that `close_servers` closed.
             partial(self.master_monitor.close, seconds),
+            partial(release_shared_threads, seconds),
         )
 
     # -- nodes of this process ------------------------------------------------------------------------------

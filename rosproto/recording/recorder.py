@@ -290,6 +290,7 @@ class Recorder:
         for closing in [pool.add(subscriber.close) for subscriber in list(self._subscribers.values())]:
             closing.result()
         pool.close()
+        pool.join(1.0)
         self._buffer.close()
         self._writer.join()  # as long as the disk takes: no received message is discarded
         self._finished.set()

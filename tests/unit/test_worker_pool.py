@@ -133,3 +133,17 @@ def test_cancelled_tasks_that_were_due_later_are_not_kept():
         helpers.add_later(3600, lambda: None).cancel()
     assert sum(reference() is not None for reference in kept) < 600
     helpers.close()
+
+
+def test_the_threads_of_a_closed_pool_can_be_waited_for():
+    helpers = WorkerPool("helpers joined", 4, daemon=True, idle_seconds=60.0)
+    assert helpers.add(lambda: 1).result(10) == 1
+    assert threads("helpers joined") == 1
+    helpers.close()
+    helpers.join(10.0)
+    assert threads("helpers joined") == 0
+
+
+def test_a_task_that_ends_its_pool_does_not_wait_for_itself():
+    helpers = WorkerPool("helpers own", 4, daemon=True, idle_seconds=60.0)
+    assert helpers.add(lambda: (helpers.close(), helpers.join(30.0))).result(10) == (None, None)

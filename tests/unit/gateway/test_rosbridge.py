@@ -574,7 +574,7 @@ def test_the_server_says_where_it_is_and_ends(graph: Graph, serve: Serve, connec
     another = serve()
     graph.node.close()
     assert another.closed
-    assert not [t for t in threading.enumerate() if t.name == "rosproto:rosbridge"]
+    until(lambda: not [t for t in threading.enumerate() if t.name == "rosproto:rosbridge"])
 
 
 # -- credentials of rosauth ----------------------------------------------------------------------------------
