@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 
 from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, RosError, RosTimeout, TooLarge
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpClientConnection, Response
 from rosproto.protocol.wire_limits import Limits
 from rosproto.sentence import say
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.os_errors import translate
 from rosproto.transport.robot_host_names import HostNames
 from rosproto.transport.tcp import connect, interrupt, set_linger
@@ -58,6 +57,7 @@ class XmlRpcClient:
         *,
         limits: Limits | None = None,
         timeout: float | None = 10.0,
+        clock: Clock = SYSTEM,
         hosts: HostNames | None = None,
     ) -> None:
         self.host, self.port = parse_uri(uri)
@@ -65,6 +65,7 @@ class XmlRpcClient:
         self.timeout = timeout
         self._path = uri_path(uri or DEFAULT_MASTER_URI)
         self._limits = limits or Limits()
+        self._clock = clock
         self._hosts = hosts
         self._lock = threading.Lock()
         self._idle: list[_Link] = []
@@ -105,7 +106,7 @@ class XmlRpcClient:
             RemoteProtocolError: The reply is not an XML-RPC response.
             LocalProtocolError: An argument cannot be sent.
         """
-        deadline = Deadline(self.timeout if timeout is None else timeout)
+        deadline = Deadline(self.timeout if timeout is None else timeout, self._clock)
         body = xmlrpc.encode_call(method, params)
         try:
             response = self._exchange(method, body, deadline, retry)
@@ -172,7 +173,7 @@ class XmlRpcClient:
                     self._busy.add(link)
             if link is None:
                 return self._open(method, deadline)
-            if link.fresh(time.monotonic()):
+            if link.fresh(self._clock.monotonic()):
                 return link
             self._give_back(link, False)
 
@@ -199,7 +200,7 @@ class XmlRpcClient:
             self._busy.discard(link)
             keep = keep and not self._closed and len(self._idle) < _MAX_IDLE
             if keep:
-                link.idle_since = time.monotonic()
+                link.idle_since = self._clock.monotonic()
                 self._idle.append(link)
         if not keep:
             link.close()

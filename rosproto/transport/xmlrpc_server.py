@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -24,7 +23,7 @@ from rosproto.protocol.http import (
     error_status,
 )
 from rosproto.protocol.wire_limits import Limits
-from rosproto.transport.deadline import Deadline
+from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.tcp import write_steadily
 from rosproto.transport.tcp_server import Allow, TcpServer
 from rosproto.transport.uri import format_address, make_uri
@@ -104,9 +103,11 @@ class XmlRpcServer:
         allow: Allow = None,
         name: str = "xmlrpc",
         advertise: str | None = None,
+        clock: Clock = SYSTEM,
     ) -> None:
         self._dispatch = dispatch
         self._limits = limits or Limits()
+        self._clock = clock
         self._name = name
         self._large = threading.Lock()
         self._sending = 0  # bytes of large replies
@@ -115,7 +116,9 @@ class XmlRpcServer:
         self._answered = threading.Condition()
         self._constructed = threading.Lock()
         with self._constructed:  # peers that wait for the port connect before the constructor has finished
-            self._server = TcpServer(host, port, self._serve, limits=self._limits, allow=allow, name=name)
+            self._server = TcpServer(
+                host, port, self._serve, limits=self._limits, allow=allow, name=name, clock=clock
+            )
             self.stats = self._server.stats
             self.host = host
             self.port = self._server.port
@@ -199,7 +202,7 @@ class XmlRpcServer:
             )
         if size < _LARGE_BYTES or has_turn:
             return self._counted(xmlrpc.encode_response(result))
-        deadline = Deadline(self._limits.idle_seconds)
+        deadline = Deadline(self._limits.idle_seconds, self._clock)
         while self._large.acquire(timeout=deadline.remaining() or 0.0):
             try:
                 if self._sending < _MAX_REPLY_BYTES:
@@ -295,6 +298,7 @@ class _HttpConnection:
         self._server = server
         self._tcp = server._server
         self._limits = server._limits
+        self._clock = server._clock
         self._sock = sock
         self._peer = peer
         self._http = HttpServerConnection(server._limits)
@@ -314,7 +318,7 @@ class _HttpConnection:
 
     def _read_request(self, first: bool) -> Request | None:
         """The next request; None if the peer closed, or was idle or slow for too long."""
-        received, begun = 0, time.monotonic()
+        received, begun = 0, self._clock.monotonic()
         while True:
             event: Event | None = self._http.next_event()
             if isinstance(event, Request):
@@ -328,15 +332,15 @@ class _HttpConnection:
             waiting = not first and not self._http.mid_message
             if waiting:
                 self._tcp.idle(self._sock)
-                budget, begun = self._limits.idle_seconds, time.monotonic()
+                budget, begun = self._limits.idle_seconds, self._clock.monotonic()
             else:
                 budget = self._limits.handshake_seconds + received / _MIN_BYTES_PER_SECOND
-            data = self._receive(begun + budget - time.monotonic())
+            data = self._receive(begun + budget - self._clock.monotonic())
             if data is None:
                 return None
             if waiting:
                 self._tcp.established(self._sock)
-                received, begun = 0, time.monotonic()
+                received, begun = 0, self._clock.monotonic()
             received += len(data)
             self._http.receive(data)
 
@@ -382,7 +386,7 @@ class _HttpConnection:
     def _linger(self) -> None:
         """Read for a moment: closing with unread bytes resets the connection, and the reply is lost."""
         self._sock.shutdown(socket.SHUT_WR)
-        deadline, left = Deadline(_LINGER_SECONDS), _LINGER_BYTES
+        deadline, left = Deadline(_LINGER_SECONDS, self._clock), _LINGER_BYTES
         while left > 0:
             data = self._receive(deadline.remaining() or 0.0)
             if not data:
