@@ -6,6 +6,7 @@ import threading
 from functools import partial
 
 from rosproto.logs import get_logger
+from rosproto.sentence import say
 from rosproto.watchdog import Watchdog
 from woosh_pure.connection.clients import Clients
 from woosh_pure.connection.connection import Connection, say_elsewhere
@@ -13,9 +14,12 @@ from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.feed.feed import Feeds
 from woosh_pure.readiness.readiness_state import ReadinessState
 from woosh_pure.stopping.active_motions import ActiveMotions
+from woosh_pure.stopping.stop_executor import Job
 from woosh_pure.stopping.watchdog_client import WatchdogClient
 
 logger = get_logger("woosh_pure.components")
+
+_ELSEWHERE = 15.0  # seconds for the last words of another node
 
 
 class Components:
@@ -66,10 +70,12 @@ class Components:
     def _before_close(self, reason: str) -> None:
         words = self.velocity.final_messages
         goals = [] if self.motions.leave else self.motions.goals
-        self.motions.end_with_node(reason)
-        words += [goal.final_message for goal in goals if goal.final_message is not None and not goal.gone]
+        words += [goal.final_message for goal in goals if goal.final_message is not None]
+        elsewhere = Job(partial(say_elsewhere, self.connection, words), _ELSEWHERE)
+        self.motions.end_with_node(reason, elsewhere if reason and words else None)
         if reason and words:
-            for problem in say_elsewhere(self.connection, words):
+            elsewhere.join()
+            for problem in elsewhere.result() if elsewhere.over else [say("no answer yet")]:
                 logger.warning("! %s: the robot may still be driving: %s", reason, problem)
 
     def _heard_since(self, moment: float) -> bool:

@@ -197,6 +197,24 @@ def test_goals_are_cancelled_when_another_node_takes_our_name(sim, real_time, un
         chassis.close()
 
 
+@pytest.mark.promise("`rosnode kill` of our node")
+def test_a_cancel_that_is_lost_with_its_link_is_said_by_another_node_meanwhile(
+    sim, real_time, until, monkeypatch
+):
+    """It seems sent, and is lost: the robot must not drive on for the 3 s in which a reply may come."""
+    with Chassis(sim.master_uri) as chassis:
+        chassis.move(2.0)
+        until(lambda: not stands(sim))
+        (motion,) = chassis._components.motions.goals
+        monkeypatch.setattr(motion, "write_cancel", lambda: None)
+        monkeypatch.setattr(motion, "request_cancel", lambda timeout: None)
+        obeying, errors = in_thread(lambda: by_a_peer(chassis.node))
+        until(lambda: stands(sim))
+        obeying.join(20.0)
+        assert not errors
+        assert sim.pose.x < 1.2  # without the other node 1.6 m, since the reply is waited for first
+
+
 def test_leave_running_leaves_a_goal_when_the_node_is_shut_down_and_no_velocity(sim, real_time, until):
     with Chassis(sim.master_uri, leave_running=True) as chassis:
         chassis.go_to_mark("B1")

@@ -219,10 +219,18 @@ class ActiveMotions:
             cancel_goals(self.take_goals(), report, seconds, why)
         return report.problems
 
-    def end_with_node(self, reason: str) -> None:
-        """End all motions while the node, which is about to close, still works (`Node.before_close`)."""
+    def end_with_node(self, reason: str, elsewhere: Job[list[str]] | None = None) -> None:
+        """End all motions while the node, which is about to close, still works (`Node.before_close`).
+
+        Args:
+            reason: Why the node closes; "" if this program closes it.
+            elsewhere: Says the same from another node meanwhile: a cancel of ours may seem sent and be lost
+                with its link, which is known only when no reply has come.
+        """
         why = say("the node was shut down ({reason})", reason=reason) if reason else "the node was closed"
         self.note_end(why)
+        if elsewhere is not None:
+            begin(elsewhere, "woosh:stop")
         for problem in self.end_all(why):
             logger.warning("! %s; the robot may still be driving: %s", why, problem)
 
