@@ -125,5 +125,5 @@ class Readiness:
     def sentence(self) -> str:
         """All reasons in one line."""
         if not self.reasons:
-            return say("no known reason not to move")
+            return say("nothing is known to prevent it from moving")
         return shown(both(*(reason.text for reason in self.reasons)))

@@ -125,7 +125,11 @@ class Parser(argparse.ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         shown = [str(choice) for choice in action.choices if not str(choice).startswith("_")]
-        wrong = say("{value!r} is not a valid {noun}", value=value, noun=say(_noun(action)))
+        wrong = say(
+            "unknown {noun} {value!r}" if verbs_of(action) else "{value!r} is not a valid {noun}",
+            value=value,
+            noun=_noun(action),
+        )
         if meant := self.meant.get(str(value)):
             raise argparse.ArgumentError(None, both(wrong, say("did you mean {names}?", names=f"`{meant}`")))
         raise argparse.ArgumentError(
@@ -177,10 +181,10 @@ def _plain_words(rest: Sequence[str]) -> tuple[list[str], list[str]]:
     return [*words, *after], [word for word in before if word.startswith("-")]
 
 
-def _noun(action: argparse.Action) -> str:
+def _noun(action: argparse.Action) -> Sentence:
     if action.option_strings:
-        return f"value of {action.option_strings[-1]}"
-    return str(action.metavar or action.dest).lower()
+        return say("value of {option}", option=action.option_strings[-1])
+    return say(str(action.metavar or action.dest).lower())
 
 
 def near(word: str, names: Iterable[str]) -> str:

@@ -42,7 +42,7 @@ def exit_code(line: str) -> object:
         ("plan inf 0 0", 2, "'inf' is not a plain decimal number"),
         (f"plan {400 * '9'} 0 0", 2, "finite"),
         ("--sim plan A9", 2, "known here; marks: A1, A2"),
-        ("forward 1", 2, "'forward' is not a valid command; did you mean `woosh move 0.5`?"),
+        ("forward 1", 2, "unknown command 'forward'; did you mean `woosh move 0.5`?"),
         ("go A1", 2, "did you mean `woosh goto A1`?"),
         ("led orang", 2, "did you mean orange?"),
         ("faults 7 --code 8", 2, "give one of: a code, a text, --code, --find"),

@@ -33,7 +33,7 @@ def chinese(text: str) -> None:
 @pytest.mark.parametrize(
     ("line", "code", "words"),
     [
-        ("status --wait 1", 0, "就绪"),
+        ("status --wait 1", 0, "可以移动"),
         ("faults --listen 0.2", 5, "未知：没有收到状态码"),
         ("faults --find localization", 0, "定位"),
         ("doctor --listen 0.5", 0, "没有发现问题"),
@@ -58,7 +58,7 @@ def chinese(text: str) -> None:
         ("faults 7", 0, "作为 task_state 是已完成"),
         ("plan A9", 2, "存有位姿的标记点"),
         ("charge", 2, "请给出充电桩的标记点"),
-        ("forward", 2, "不是有效的命令"),
+        ("forward", 2, "未知的命令"),
         ("stop --timeout 0 --nonsense", 2, "用法"),
         ("--sim goto A1", 2, "互相矛盾"),
         ("connect", 0, "现在是默认底盘"),

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 SIZES = [pytest.param(PHONE, id="phone"), pytest.param(DESKTOP, id="desktop")]
 LANGUAGES = [
     pytest.param("en-US", "Where should it go?", id="en"),
-    pytest.param("zh-CN", "要它去哪里？", id="zh"),
+    pytest.param("zh-CN", "选择目的地", id="zh"),
 ]
 
 
@@ -282,7 +282,7 @@ def test_start_is_offered_again_when_the_emergency_stop_is_released(
         page.click(".markrow >> text=A1")
         assert not page.is_disabled("#confirm button[type=submit]")
         fake.ready = {"answer": "no", "text": "", "reasons": [reason]}
-        page.wait_for_selector("#confirm .why >> text=It would not move now: The emergency stop is pressed.")
+        page.wait_for_selector("#confirm .why >> text=It cannot move now: The emergency stop is pressed.")
         assert page.is_disabled("#confirm button[type=submit]")
         page.click("#choose-pose")
         assert not page.is_disabled("#confirm button[type=submit]")

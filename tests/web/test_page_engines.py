@@ -154,7 +154,7 @@ def test_the_hand_let_go_is_a_zero_at_once(engine: Engine, robot: Robot, witness
         began = time.monotonic()
         opened.up()
         assert witness.seconds_to_zero(began) < PROMISED
-        opened.shows(".drivestate", "Stands by")
+        opened.shows(".drivestate", "Ready to drive")
 
 
 def test_a_closed_tab_is_a_zero_at_once(engine: Engine, robot: Robot, witness: Velocities) -> None:

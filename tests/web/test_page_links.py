@@ -184,7 +184,7 @@ def test_a_robot_that_is_lost_is_said_by_a_server_that_lives(browser: Browser, r
         page.click("#tabbutton-health")
         robot.sim.press_emergency_stop()
         page.wait_for_selector("#notices >> text=急停已按下。")
-        page.wait_for_selector("#tab-health >> text=不会，它现在不会动。")
+        page.wait_for_selector("#tab-health >> text=现在不能移动。")
         robot.sim.fall_silent(4.0)
         page.wait_for_selector("#lost:not(.hidden) >> text=机器人已失联")
         page.wait_for_selector("#tab-health >> text=不能确定。")

@@ -204,14 +204,14 @@ def test_what_a_person_reads_is_chinese_and_begins_with_the_cause(browser: Brows
         until(lambda: robot.speed > 0.1, page)
         robot.sim.press_emergency_stop()
         page.wait_for_selector("#task.bad >> text=急停已按下。")
-        assert page.inner_text("#notices").startswith("它现在不会动：急停已按下。")
+        assert page.inner_text("#notices").startswith("现在不能移动：急停已按下。")
         assert "它报告了故障" not in page.inner_text("#notices")
         page.click(".markrow >> text=A1")
-        assert page.inner_text("#confirm .why") == "它现在不会动：急停已按下。"
+        assert page.inner_text("#confirm .why") == "现在不能移动：急停已按下。"
         assert page.is_disabled("#confirm button[type=submit]")
         page.click("#confirm .plain")
         page.click("#stop")
-        page.wait_for_selector("#stop-answer >> text=机器人静止了。")
+        page.wait_for_selector("#stop-answer >> text=机器人已停稳。")
         for tab in ("go", "drive", "health", "log"):
             page.click(f"#tabbutton-{tab}")
             read.append(page.inner_text("body"))
@@ -384,7 +384,7 @@ def test_hold_to_drive_and_let_go(browser: Browser, robot: Robot) -> None:
         assert robot.speed > 0.05 or ended, "it is held: it goes on"
         page.mouse.up()
         until(lambda: robot.speed < 0.01, page, 2.0)
-        page.wait_for_selector(".drivestate >> text=Stands by")
+        page.wait_for_selector(".drivestate >> text=Ready to drive")
 
 
 def test_a_closed_page_stops_and_gives_back(browser: Browser, robot: Robot) -> None:
@@ -433,13 +433,13 @@ def test_a_gamepad_drives_while_its_shoulder_is_held(browser: Browser, robot: Ro
         allow(page)
         page.evaluate("gamepad.axes[1] = -1")
         page.wait_for_timeout(400)
-        assert page.inner_text(".drivestate") == "Stands by"
+        assert page.inner_text(".drivestate") == "Ready to drive"
         page.evaluate("gamepad.buttons[5].pressed = true")
         page.wait_for_selector(".drivestate.driving")
         until(lambda: robot.speed > 0.05, page)
         page.evaluate("gamepad.buttons[5].pressed = false")
         until(lambda: robot.speed < 0.01, page, 3.0)
-        page.wait_for_selector(".drivestate >> text=Stands by")
+        page.wait_for_selector(".drivestate >> text=Ready to drive")
 
 
 def test_a_frozen_page_stops_and_resumes_nothing(browser: Browser, robot: Robot) -> None:

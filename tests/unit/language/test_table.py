@@ -145,8 +145,8 @@ def test_a_coloured_word_is_said_in_its_colour(monkeypatch: pytest.MonkeyPatch) 
     stream = io.StringIO()
     monkeypatch.setattr("rosproto.cli.output.enable_escapes", lambda stream: True)
     out = Output(stream=stream, language="zh")
-    out.line(say("{head}: {tail}", head=out.colour("ready", "green", 6), tail=say("the robot stands still")))
-    assert stream.getvalue() == "\x1b[32m就绪  \x1b[0m：机器人已停稳\n"
+    out.line(say("{head}: {tail}", head=out.colour("ready", "green", 10), tail=say("the robot stands still")))
+    assert stream.getvalue() == "\x1b[32m可以移动  \x1b[0m：机器人已停稳\n"
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ test("the cause comes first, in the language of the page, and what to do about i
   assert.equal(whyOf(FAULT), "It reports: motor overheated.");
   use("zh");
   assert.match(causeText([EMERGENCY, FAULT]), /^急停已按下。/);
-  assert.equal(whyOf(FAULT), "它报告：电机过热。");
+  assert.equal(whyOf(FAULT), "机器人报告：电机过热。");
   use("en");
 });
 
@@ -58,7 +58,7 @@ test("an end that is bad says why, and whether the robot stands still", () => {
 test("what a stop has done is said without names of tasks and services", () => {
   const report = { cancelled: ["pick task 1286666406 to A1"], problems: ["registerPublisher: no answer"], pending: ["x"], looked: true };
   assert.doesNotMatch(stopText(report), JARGON);
-  assert.match(stopText(report), /was ended\. Not everything .* repeated every second/);
+  assert.match(stopText(report), /was cancelled\. Not everything .* repeated every second/);
   assert.equal(stopText({ looked: true }), "Nothing was under way.");
   assert.equal(stopText({ looked: false }), "");
 });

@@ -4,7 +4,7 @@ export const marks = {
   "marks.none": "这里还没有保存标记点。可以保存机器人所在的位置，或地图上的一个位置；机器人自己地图上的标记点可以直接输入名称。",
   "marks.search": "搜索，或输入标记点名称",
   "marks.other": "机器人自己地图上的标记点",
-  "marks.here": "保存它的当前位置",
+  "marks.here": "保存机器人的当前位置",
   "marks.place": "保存地图上的位置",
   "marks.hereask": "保存机器人当前所在的位置？",
   "marks.herenote": "机器人不会移动。",
@@ -31,6 +31,6 @@ export const marks = {
   "lease.program": "{name} 是一个程序，不会应答。",
   "lease.takeover": "接管控制",
   "lease.takeoverask": "从 {name} 接管控制？",
-  "lease.takeovernote": "它是一个程序，没有人可以同意。它已经开始的动作会继续，直到您开始别的动作、取消它或按“停止”。",
-  "lost.absent": "还没有连上机器人。它开机了吗？已尝试 {n} 秒。",
+  "lease.takeovernote": "对方是一个程序，没有人可以同意。已经开始的动作会继续，直到您开始别的动作、取消这一项或按“停止”。",
+  "lost.absent": "还没有连上机器人。机器人开机了吗？已尝试 {n} 秒。",
 };
