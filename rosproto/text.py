@@ -13,12 +13,16 @@ Chinese characters take two columns each.
 
 from __future__ import annotations
 
-__all__ = ["cut", "human_bytes", "padded", "printable", "short", "width"]
+import re
+
+__all__ = ["cut", "human_bytes", "padded", "printable", "short", "width", "wrapped"]
 
 _BLANKS = frozenset(
     "\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000"
 )
 """Category Zs: of these, `str.isprintable` accepts only the ASCII blank."""
+_PIECE = re.compile(r"(?:[（“《]*(?:[^\s\u2e80-\uffff]+|[\u2e80-\uffff])|\S)[，。；：、？！）”》]*\s*")
+"""A word or a Chinese character, with the punctuation that must stay beside it."""
 _SHORT = {"\n": "\\n", "\r": "\\r", "\t": "\\t"}
 
 
@@ -70,6 +74,17 @@ def cut(text: str, columns: int) -> str:
         if taken > columns:
             return text[:index]
     return text
+
+
+def wrapped(text: str, columns: int) -> list[str]:
+    """The text in lines of at most so many columns, broken at blanks and between Chinese characters."""
+    lines = [""]
+    for piece in _PIECE.findall(text):
+        if width(lines[-1] + piece.rstrip()) > columns and lines[-1]:
+            lines[-1] = lines[-1].rstrip()
+            lines.append("")
+        lines[-1] += piece if lines[-1] else piece.lstrip()
+    return lines
 
 
 def _columns(character: str) -> int:

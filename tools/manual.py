@@ -20,8 +20,8 @@ from rosproto.cli.parser import Parser, synopsis, value_names
 __all__ = ["GROUPS", "Group", "main", "manual", "with_table"]
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-ALL_COMMANDS = "all-commands.md"
-"""The page with one line for each command."""
+ALL_COMMANDS = {"all-commands.md": "en", "all-commands.zh-CN.md": "zh"}
+"""The pages with one line for each command, and their languages."""
 
 
 class Group(NamedTuple):
@@ -92,8 +92,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 when a page is old")
     check = parser.parse_args(arguments).check
     old = 0
-    glance = (DOCS / ALL_COMMANDS).read_text(encoding="utf-8")
-    for name, text in {**manual(), ALL_COMMANDS: with_table(glance)}.items():
+    pages = {
+        name: with_table((DOCS / name).read_text(encoding="utf-8"), language)
+        for name, language in ALL_COMMANDS.items()
+    }
+    for name, text in {**manual(), **pages}.items():
         path = DOCS / name
         current = path.exists() and path.read_text(encoding="utf-8") == text
         if check:
@@ -106,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 1 if old else 0
 
 
-def with_table(text: str) -> str:
+def with_table(text: str, language: str = "en") -> str:
     """A page with the table between its two marks renewed.
 
     Raises:
@@ -116,18 +119,21 @@ def with_table(text: str) -> str:
     _, end, after = rest.partition(_END)
     if not (begin and end):
         raise ValueError(f"the marks of the table are missing: {_BEGIN} and {_END}")
-    return "\n".join([before + begin, *_all_commands(), end + after])
+    return "\n".join([before + begin, *_all_commands(language), end + after])
 
 
-def _all_commands() -> Iterator[str]:
+def _all_commands(language: str) -> Iterator[str]:
     from rosproto.cli.entry import COMMANDS as ROSPROTO
     from woosh_pure.cli.commands import COMMANDS
+    from woosh_pure.language.table import translator_for
+
+    say = translator_for(language).say
 
     rows = [("woosh", name, text) for name, text in COMMANDS.items()]
     rows += [("rosproto", name, command.help) for name, command in ROSPROTO.items()]
     yield from _table(
-        ("command", "what it does"),
-        [(f"[`{prog} {name}`]({_section(prog, name)})", text) for prog, name, text in rows],
+        {"en": ("command", "what it does"), "zh": ("命令", "作用")}[language],
+        [(f"[`{prog} {name}`]({_section(prog, name)})", say(text)) for prog, name, text in rows],
     )
 
 

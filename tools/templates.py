@@ -4,8 +4,8 @@ python -m tools.templates            lists what has no Chinese, ready to be past
 python -m tools.templates --check    lists, and fails by, what the owners of a robot see
 
 A sentence is the template of a `say` or of a `line` with values, or another text with at least three English
-words that is neither a docstring, nor a help text or an example of a parser, nor a line for the log, nor a
-pattern.
+words that is neither a docstring, nor an example of a parser, nor a line for the log, nor a pattern. Texts of
+`--help` are taken from the parsers of `woosh`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
+from argparse import SUPPRESS
 from collections.abc import Iterator, Sequence
 from enum import Enum
 from functools import cache
@@ -20,7 +21,10 @@ from pathlib import Path
 from string import Formatter
 from typing import NamedTuple, TypeGuard
 
+from rosproto.cli.parser import leaves, sub_parsers
 from woosh_pure import enums, faults
+from woosh_pure.cli.commands import COMMANDS
+from woosh_pure.cli.entry import parser_for
 from woosh_pure.language.table import forms_of, key_of, read_table, translator_for
 
 __all__ = [
@@ -29,6 +33,7 @@ __all__ = [
     "Said",
     "advice_places",
     "english_left",
+    "help_texts",
     "main",
     "missing",
     "mixed",
@@ -69,10 +74,15 @@ NOT_FOR_PEOPLE = {
     "a longer text, of more than sixteen bytes": "sent by the self-test",
     "as the system says": "a representation",
     "woosh: the robot is to stop": "a reason that is told to another program",
-    "Drive a Woosh chassis, or the simulated one.": "help",
-    "Stopping by this program is not an emergency stop: keep the red button within reach. ": "help",
 }
-FROM_ARGPARSE = {"expected one argument", "expected at least one argument"}
+FROM_ARGPARSE = {
+    "expected one argument",
+    "expected at least one argument",
+    "positional arguments",
+    "options",
+    "show this help message and exit",
+    "show program's version number and exit",
+}
 _SAYING = {"say", "advice", "both", "led"}
 _MAY_SAY = re.compile(r"\b(say|advice|both|led|line)\(")
 _LEFT_OUT_CALLS = set(
@@ -101,7 +111,7 @@ class Said(NamedTuple):
     Attributes:
         line: Its number.
         template: With `{name}` for what is filled in; of an f-string `{}`.
-        made: "say" of a `Sentence`, "text" of a plain text, "f-string".
+        made: "say" of a `Sentence`, "text" of a plain text, "f-string", "help".
     """
 
     line: int
@@ -177,7 +187,32 @@ def missing(language: str = "zh") -> list[tuple[str, Said]]:
         for name in OWNERS
         for said in said_in(ROOT / name)
         if said.template not in NOT_FOR_PEOPLE and (said.made == "f-string" or not words.has(said.template))
+    ] + [
+        (f"{command} --help", Said(0, text, "help"))
+        for text, command in help_texts().items()
+        if english_left(text) and words.say(text) == text
     ]
+
+
+@cache
+def help_texts() -> dict[str, str]:
+    """Each text of the help of `woosh`, and a command that shows it."""
+    parsers = [parser_for([])]
+    for name in COMMANDS:
+        command = dict(sub_parsers(parser_for([name])))[name]
+        parsers += [command, *leaves(command)]
+    return {
+        text: parser.prog
+        for parser in parsers
+        for text in (
+            parser.description,
+            parser.epilog,
+            *(action.help for action in parser.actions),
+            *(choice.help for action in parser.actions for choice in getattr(action, "_choices_actions", ())),
+            *(group.title for group in parser._action_groups),
+        )
+        if text and text != SUPPRESS
+    }
 
 
 def untold(language: str = "zh") -> list[tuple[str, Said]]:
@@ -206,7 +241,13 @@ def mixed() -> list[tuple[str, Said]]:
 def unsaid() -> list[str]:
     """Rows of the tables that no source uses."""
     members = [each for kind in {**vars(enums), **vars(faults)}.values() if _is_enum(kind) for each in kind]
-    said = {*map(str, members), *(each.name.lower() for each in members), *FROM_ARGPARSE, *texts()}
+    said = {
+        *map(str, members),
+        *(each.name.lower() for each in members),
+        *FROM_ARGPARSE,
+        *texts(),
+        *help_texts(),
+    }
     rows = (row for path in TABLES for row in read_table(path.read_text("utf-8"), path.name))
     return [row.english for row in rows if row.english not in said]
 

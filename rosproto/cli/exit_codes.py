@@ -19,7 +19,7 @@ INTERRUPTED, TERMINATED = startup.INTERRUPTED, 143
 EXIT_CODES = {
     DONE: "done",
     FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",
-    WRONG_USE: "wrong use: an argument is missing, unknown or out of range",
+    WRONG_USE: "wrong use; an argument is missing, unknown or out of range",
     UNREACHABLE: "the master or a node cannot be reached, or the connection was lost",
     INTERRUPTED: "interrupted by Ctrl-C before it was done",
     TERMINATED: "ended by SIGTERM, a hang-up or a closed console",

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import Any, NoReturn, cast
 
 from rosproto.sentence import Sentence, both, say
+from rosproto.text import wrapped
 
 WRONG_USE = 2
 
@@ -27,16 +28,43 @@ class WrongUse(SystemExit):
 
 
 class _Formatter(argparse.HelpFormatter):
-    """A help formatter that omits actions."""
+    """A help formatter that omits actions and translates headings and texts."""
 
-    def __init__(self, *args: Any, hidden: Sequence[argparse.Action] = (), **options: Any) -> None:
+    def __init__(
+        self,
+        *args: Any,
+        spoken: Callable[[str], str],
+        hidden: Sequence[argparse.Action] = (),
+        **options: Any,
+    ) -> None:
         super().__init__(*args, **options)
-        self._hidden = hidden
+        self._spoken, self._hidden = spoken, hidden
 
     def add_argument(self, action: argparse.Action) -> None:
         """See argparse."""
         if action not in self._hidden:
             super().add_argument(action)
+
+    def add_usage(self, usage: Any, actions: Any, groups: Any, prefix: str | None = None) -> None:
+        """See argparse."""
+        super().add_usage(usage, actions, groups, f"{self._spoken('usage')}: " if prefix is None else prefix)
+
+    def start_section(self, heading: str | None) -> None:
+        """See argparse."""
+        super().start_section(heading and self._spoken(heading))
+
+    def add_text(self, text: str | None) -> None:
+        """See argparse."""
+        super().add_text(text and self._spoken(text))
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        return action.help and self._spoken(action.help)
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        return super()._split_lines(text, width) if text.isascii() else wrapped(text, width)
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return "\n".join(indent + line for line in self._split_lines(text, width - len(indent)))
 
 
 class Parser(argparse.ArgumentParser):
@@ -67,12 +95,14 @@ class Parser(argparse.ArgumentParser):
         """Return the help with usage in one line."""
         self.usage = synopsis(self.prog, self).replace("%", "%%")
         lines = "".join(f"  {line}\n" for line in self.examples)
-        return super().format_help() + (f"\nexamples:\n{lines}" if lines else "")
+        return super().format_help() + (f"\n{self.spoken('examples')}:\n{lines}" if lines else "")
 
     def __init__(self, *args: Any, shared: Parser | None = None, **options: Any) -> None:
         options["exit_on_error"] = False  # `parse_known_args` says it
+        hidden: Sequence[argparse.Action] = ()
         if shared is not None:
-            options |= {"parents": [shared], "formatter_class": partial(_Formatter, hidden=shared.actions)}
+            options["parents"], hidden = [shared], shared.actions
+        options["formatter_class"] = partial(_Formatter, spoken=self.spoken, hidden=hidden)
         super().__init__(*args, **options)
         self._shared = shared
 
@@ -85,7 +115,7 @@ class Parser(argparse.ArgumentParser):
         raise WrongUse(f"{self.prog}: {text}")
 
     def spoken(self, text: str) -> str:
-        """Return the text for stderr; a subclass may translate it."""
+        """Return the text of an error or of the help; a subclass may translate it."""
         return text
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:

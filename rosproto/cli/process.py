@@ -12,6 +12,7 @@ from rosproto.cli.background_output import everything_is_written, in_background,
 from rosproto.cli.console import TerminalGone, as_typed, escape_what_cannot_be_printed, guarded
 from rosproto.cli.exit_codes import DONE, INTERRUPTED, TERMINATED, WRONG_USE, explain, output_is_gone
 from rosproto.cli.signals import Terminated, linger_when_closed, signals_unwind
+from rosproto.sentence import both, say
 
 
 class Task(NamedTuple):
@@ -85,6 +86,9 @@ def _ended(task: Task) -> int:
 
 
 def exit_codes_line(meanings: Mapping[int, str]) -> str:
-    """Return the meanings of the exit codes, for the end of a help."""
-    brief = (f"{code} {text.partition(';')[0].partition(':')[0]}" for code, text in meanings.items())
-    return f"Exit codes: {'; '.join(brief)}."
+    """Return the meanings of the exit codes, each up to its first semicolon, for the end of a help."""
+    codes = (
+        say("{code} {meaning}", code=code, meaning=say(text.partition(";")[0]))
+        for code, text in meanings.items()
+    )
+    return say("Exit codes: {codes}.", codes=both(*codes))

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosproto.text import cut, padded, printable, short, width
+from rosproto.text import cut, padded, printable, short, width, wrapped
 
 
 @pytest.mark.parametrize(
@@ -50,6 +50,14 @@ def test_chinese_takes_two_columns() -> None:
     assert padded("long", 2) == "long"
     assert [cut("仓库1", columns) for columns in (5, 4, 3, 0)] == ["仓库1", "仓库", "仓", ""]
     assert cut("abc", -1) == ""
+
+
+def test_a_chinese_text_is_broken_between_characters_but_not_before_punctuation() -> None:
+    """A word stays whole; a bracket stays with what it opens."""
+    assert wrapped("标记点（默认 A1），其次", 8) == ["标记点", "（默认", "A1），其", "次"]
+    assert wrapped("仓库。前往 /map_server。", 6) == ["仓库。", "前往", "/map_server。"]
+    assert wrapped("two words", 5) == ["two", "words"]
+    assert wrapped("", 5) == [""]
 
 
 def test_a_short_text_stays_and_a_long_one_says_that_it_was_cut() -> None:

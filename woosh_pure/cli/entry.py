@@ -6,6 +6,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 
+from rosproto import sentence
 from rosproto.cli import (
     INTERRUPTED,
     TERMINATED,
@@ -23,7 +24,6 @@ from rosproto.cli import (
     words_of,
 )
 from rosproto.errors import RosError
-from rosproto.sentence import Sentence
 from rosproto.version import __version__
 from woosh_pure.cli.arguments import EachChassis
 from woosh_pure.cli.commands import COMMANDS, add_arguments, run
@@ -101,7 +101,7 @@ def _run_program(words: Sequence[str], language: str) -> int:
 
 def _task(args: argparse.Namespace, out: Output) -> Task:
     def failed(text: str, code: int) -> None:
-        text = text.advised(ADVICE) if isinstance(text, Sentence) else text
+        text = text.advised(ADVICE) if isinstance(text, sentence.Sentence) else text
         try:
             out.failure(text, code)
         except (OSError, ValueError):
@@ -129,8 +129,10 @@ def parser_for(words: Sequence[str], language: str = "en") -> Parser:
         prog="woosh",
         description="Drive a Woosh chassis, or the simulated one.",
         parents=[_common(defaults=True)],
-        epilog="Stopping by this program is not an emergency stop: keep the red button within reach. "
-        + exit_codes_line(EXIT_CODES),
+        epilog=sentence.say(
+            "Stopping by this program is not an emergency stop: keep the red button within reach. {codes}",
+            codes=exit_codes_line(EXIT_CODES),
+        ),
     )
     parser.meant = MEANT
     parser.add_argument("--version", action="version", version=f"woosh {__version__}")

@@ -14,10 +14,10 @@ REFUSED, NOT_KNOWN = 3, 5
 EXIT_CODES = {
     DONE: "done",
     FAILED: "it failed, or the answer is no; one sentence on stderr says why and what to do",
-    WRONG_USE: "wrong use: an argument is missing, unknown or out of range; nothing was sent",
+    WRONG_USE: "wrong use; an argument is missing, unknown or out of range; nothing was sent",
     REFUSED: "the chassis is not ready, or refused to move",
     UNREACHABLE: "the chassis cannot be reached, or the connection was lost",
-    NOT_KNOWN: "the answer is not known: the chassis has not reported it (`ready`, `faults`)",
+    NOT_KNOWN: "the answer is not known; the chassis has not reported it (`ready`, `faults`)",
     INTERRUPTED: "interrupted by Ctrl-C; a motion of this command was stopped",
     TERMINATED: "ended by SIGTERM, a hang-up or a closed console; a motion of this command was stopped",
 }

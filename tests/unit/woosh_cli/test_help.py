@@ -13,6 +13,8 @@ from rosproto.cli.completion import complete
 from rosproto.cli.entry import COMMANDS as ROSPROTO
 from rosproto.cli.entry import EXAMPLES as ROSPROTO_EXAMPLES
 from rosproto.cli.parser import leaves, sub_parsers
+from rosproto.text import width
+from tools.templates import english_left
 from woosh_pure.cli import entry as woosh_entry
 from woosh_pure.cli.commands import COMMANDS as WOOSH
 from woosh_pure.cli.entry import EXAMPLES as WOOSH_EXAMPLES
@@ -74,6 +76,28 @@ def test_help_is_short(parser: argparse.ArgumentParser, monkeypatch: pytest.Monk
     assert len(text.splitlines()) <= 60
     body = text.partition("\nexamples:\n")[0]
     assert [line for line in body.splitlines()[1:] if len(line) > 80] == []
+
+
+@pytest.mark.parametrize("name", ["", *WOOSH])
+def test_help_is_chinese_where_the_user_is(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every heading and text of a command and its verbs, in lines of at most 80 columns (a character takes two)."""
+    monkeypatch.setenv("COLUMNS", "80")
+    whole = woosh_entry.parser_for([name] if name else [], "zh")
+    found = dict(sub_parsers(whole))[name] if name else whole
+    for parser in [found, *leaves(found)] if name else [whole]:
+        text = parser.format_help()
+        assert text.startswith("用法: ")
+        body = text.partition("\n示例:\n")[0].splitlines()[1:]
+        assert [line for line in body if width(line) > 80] == []
+        assert [line for line in body if english_left(line)] == []
+
+
+def test_woosh_alone_prints_the_chinese_help(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        woosh_entry.main(["--lang", "zh", "goto", "--help"])
+    assert capsys.readouterr().out.startswith("用法: woosh goto")
+    assert woosh_entry.main(["--lang", "zh"]) == 2
+    assert "控制 Woosh 底盘" in capsys.readouterr().err
 
 
 def test_what_every_command_takes_is_listed_once() -> None:
