@@ -7,13 +7,15 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure import Chassis, OutcomeKind, SimulatedChassis
 from woosh_pure.cli import main
+from woosh_pure.enums import RobotState
 from woosh_pure.faults import FaultLevel
 from woosh_pure.maps.marks import MarkFile
 from woosh_pure.sim import Settings
@@ -146,3 +148,72 @@ def test_the_option_of_the_command(
         assert main(["sim", "--port", "0", "--for", "0", "--json", *words]) == 0
         assert "A1" in json.loads(capsys.readouterr().out)["marks"]
     assert seen == [True, False]
+
+
+def test_a_reset_ends_goals_as_failures_and_gives_the_robot_of_the_start(sim, chassis, until) -> None:
+    """The client hears the end of its task, then the state of a robot that is ready again."""
+    start = sim.pose
+    task = chassis.go_to_mark("B1")
+    until(lambda: sim.pose.x > 0.3)
+    sim.press_emergency_stop()
+    sim.add_obstacle(4.0, 0.0)
+    sim.slow_network(0.2)
+    sim.reset()
+    assert task.wait(10.0, raises=False).kind is OutcomeKind.FAILED
+    assert sim.pose == start
+    assert chassis.wait_until_ready(10.0, known=True)
+    assert chassis.faults.present is False
+    step = chassis.move(0.5)
+    until(lambda: sim.pose.x > 0.1)
+    sim.reset()
+    assert step.wait(10.0, raises=False).kind is OutcomeKind.FAILED
+    assert chassis.go_to(1.0, 0.0).wait(20.0)
+
+
+def test_a_reset_ends_what_holds_the_network_up(sim, chassis) -> None:
+    """Nobody waits for the end of a link that was interrupted for long."""
+    assert chassis.battery.wait(5.0)
+    sim.drop_link(300.0)
+    sim.fall_silent(300.0)
+    sim.set_clock(100.0)
+    sim.reset()
+    assert chassis.battery.wait(5.0).percent == 87
+    assert abs(sim.now - time.time()) < 50.0
+
+
+def test_a_reset_is_told_while_the_simulated_time_stands(sim, chassis) -> None:
+    """Speed 0 is a pause: the faults and `reset` are taken, and the robot goes on with any other speed."""
+    with pytest.raises(ValueError, match=r"0\.05 to 100"):
+        sim.speed = -1.0
+    chassis.wait_until_ready(10.0)
+    sim.press_emergency_stop()
+    chassis.wait_until(lambda status: status.robot_state is RobotState.FAULT, 5.0)
+    sim.speed = 0.0
+    before = sim.world.time
+    sim.reset()
+    chassis.wait_until(lambda status: status.robot_state is RobotState.IDLE, 5.0)
+    assert sim.world.time == before
+    sim.speed = 8.0
+    assert chassis.go_to(1.0, 0.0).wait(20.0)
+
+
+def test_a_robot_that_was_carried_says_where_it_is(sim, chassis) -> None:
+    """Its task fails, and its own estimate follows."""
+    task = chassis.go_to_mark("B1")
+    place = sim.marks["A2"]
+    sim.teleport(place.x, place.y, place.yaw)
+    assert task.wait(10.0, raises=False).kind is OutcomeKind.FAILED
+    assert chassis.pose.wait_for(lambda pose: pose.distance_to(place) < 0.05, 5.0)
+    assert chassis.go_to_mark("A2").wait(20.0)
+    with pytest.raises(ValueError, match="wall or an obstacle"):
+        sim.teleport(-9.0, 0.0)
+    sim.set_battery(7)
+    assert chassis.battery.wait_for(lambda battery: battery.percent == 7, 5.0)
+    with pytest.raises(ValueError, match="0 to 100"):
+        sim.set_battery(101)
+
+
+@pytest.mark.parametrize("fault", ["teleport:-9:0", "battery:101", "teleport:1", "battery:full"])
+def test_a_fault_that_cannot_be_is_wrong_use(fault: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sim", "--port", "0", "--for", "0.2", "--at", f"0={fault}"]) == 2
+    assert fault in capsys.readouterr().err

@@ -15,7 +15,6 @@ import rosproto
 from rosproto.errors import RosError
 from rosproto.protocol.goal_server import GoalList
 from woosh_pure import SimulatedChassis
-from woosh_pure.sim.world import World
 
 __all__ = ["RobotPool"]
 
@@ -94,13 +93,11 @@ class Robot:
         ]
 
     def renew(self, speed: float) -> None:
-        """Create a new world in the same graph."""
-        sim = self.sim
+        """Power the robot up again in the same graph."""
+        sim, world = self.sim, self.sim.world
         with sim.lock:
-            world = World(sim.world.site, sim.world.settings)
-            world.time = sim.world.time
-            world.tasks.drive = sim.world.tasks.drive
-            sim.world = sim.graph._server._world = world
+            world._power_up()
+            world.take_reports()
             # A latched state is said anew: the last one said is that of the world before.
             sim._status, sim._plan, sim._epoch = None if sim._latch else world.status(), [], self._epoch
             sim.speed, sim.reply_delay = speed, 0.0

@@ -105,11 +105,7 @@ class SimulatedChassis:
         firmware: str = CURRENT,
         assumed_types: bool = False,
     ) -> None:
-        speed = as_float(speed)
-        if not 0.05 <= speed <= 100.0:
-            raise ValueError(
-                say("speed {speed}: expected 0.05 to 100 simulated seconds per second", speed=speed)
-            )
+        self._speed = _speed_of(speed)
         self.firmware = firmware_named(firmware)
         self.world = World(site, settings)
         self.lock = threading.Condition()
@@ -118,7 +114,6 @@ class SimulatedChassis:
         self.closing = False
         self.clock_ahead = 0.0
         self._epoch = time.time()
-        self.speed = speed
         self._given_uri, self._host, self._port = master_uri, host, port
         self._full, self._latch = full_graph, latch_status
         self._assumed_types = assumed_types
@@ -222,7 +217,25 @@ class SimulatedChassis:
             raise RuntimeError("the simulated chassis is not started; use `with SimulatedChassis() as sim:`")
         return self._graph
 
+    @property
+    def marks(self) -> dict[str, Pose2D]:
+        """The marks of its site: name -> pose in the map."""
+        return {name: mark.pose for name, mark in self.world.site.marks.items()}
+
     # -- time ------------------------------------------------------------------------------------------------
+
+    @property
+    def speed(self) -> float:
+        """Simulated seconds per second; may be set while it runs, and 0 stops the simulated time.
+
+        Raises:
+            ValueError: Set to something else than 0, or 0.05 to 100.
+        """
+        return self._speed
+
+    @speed.setter
+    def speed(self, speed: float) -> None:
+        self._speed = 0.0 if speed == 0 else _speed_of(speed)
 
     @property
     def now(self) -> float:
@@ -240,8 +253,7 @@ class SimulatedChassis:
                 while debt >= _STEP and not self.closing:
                     self.world.step(_STEP)
                     debt -= _STEP
-                    self._publish_new_codes()
-                    self._publish_status_changes()
+                    self._publish_news()
                 self.lock.notify_all()
             self._publish()
             rest = next_tick - time.monotonic()
@@ -250,11 +262,12 @@ class SimulatedChassis:
                 self._epoch -= rest
             self._stop.wait(max(rest, 0.001))
 
-    def _publish_status_changes(self) -> None:
-        """Publish every change of the state, even if it lasts one step only.
+    def _publish_news(self) -> None:
+        """Publish new codes, and every change of the state, even if it lasts one step only.
 
         Changes during a silence are lost, but a latched state is published after it, so that it is never old.
         """
+        self._publish_new_codes()
         record = self.world.status()
         if record != self._status and not (self._latch and self.network.silent):
             self._status = record
@@ -372,6 +385,45 @@ class SimulatedChassis:
 
     # -- events of the robot ---------------------------------------------------------------------------------
 
+    def reset(self) -> None:
+        """Put the robot back to how it was at the start: pose, battery, states, settings, no obstacles or
+        faults, and a network without delays. Its tasks and goals fail.
+
+        Nodes that have crashed stay so; `speed` and `reply_delay` are kept.
+        """
+        self.network.restore()
+        self.set_clock(0.0)
+        with self.lock:
+            self.world.interrupt("the simulation was reset")
+            self._publish_news()  # a task's end, which is not in the status of a robot that has just started
+            self.world.reset()
+            self._publish_news()
+
+    def teleport(self, x: float, y: float, yaw: float | None = None) -> None:
+        """Carry the robot to a place where it is localised at once; what is under way fails.
+
+        Args:
+            x, y: m, in the map.
+            yaw: Heading, rad; None keeps it.
+
+        Raises:
+            ValueError: A number is not finite, or the robot would touch something there.
+        """
+        with self.lock:
+            self.world.teleport(x, y, yaw)
+
+    def set_battery(self, percent: float) -> None:
+        """Set the charge of the battery.
+
+        Raises:
+            ValueError: It is not 0 to 100.
+        """
+        given = as_float(percent)
+        if not 0.0 <= given <= 100.0:
+            raise ValueError(say("battery {percent}: expected 0 to 100 percent", percent=given))
+        with self.lock:
+            self.world.battery.percent = given
+
     def press_emergency_stop(self) -> None:
         """Press the emergency stop button."""
         with self.lock:
@@ -478,6 +530,13 @@ class SimulatedChassis:
         """The true pose of the robot."""
         with self.lock:
             return self.world.body.pose
+
+
+def _speed_of(given: float) -> float:
+    speed = as_float(given)
+    if not 0.05 <= speed <= 100.0:
+        raise ValueError(say("speed {speed}: expected 0.05 to 100 simulated seconds per second", speed=speed))
+    return speed
 
 
 def _publish(publisher: rosproto.Publisher, message: Message) -> None:

@@ -41,6 +41,12 @@ class Network:
         """Interrupt both directions for a while; messages are delivered afterwards."""
         self._down_until = time.monotonic() + seconds
 
+    def restore(self) -> None:
+        """End delay, silence and interruption; what is on its way is delivered at once."""
+        with self._lock:
+            self.delay = self._silent_until = self._down_until = 0.0
+            self._queue = deque((0.0, sender, act) for _, sender, act in self._queue)
+
     @property
     def silent(self) -> bool:
         """Whether the periodic topics are stopped."""

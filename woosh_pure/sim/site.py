@@ -151,7 +151,7 @@ def site_of(
                 say(
                     "{source} is in a wall or outside the map, which is {extent}",
                     source=source,
-                    extent=_extent(site.grid),
+                    extent=extent_of(site.grid),
                 )
             )
     # A moved charger remains a charger.
@@ -164,7 +164,8 @@ def _is_free(grid: GridMap, pose: Pose2D) -> bool:
     return not grid.is_occupied(pose.x, pose.y)  # also outside the map
 
 
-def _extent(grid: GridMap) -> Sentence:
+def extent_of(grid: GridMap) -> Sentence:
+    """Size and place of a map in words."""
     return say(
         "{wide:g} m by {high:g} m from its corner at x {x:g}, y {y:g}",
         wide=grid.width * grid.resolution,

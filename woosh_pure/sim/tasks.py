@@ -72,6 +72,10 @@ class TaskMachine:
     def __init__(self, world: World) -> None:
         self._world = world
         self.drive: Callable[[Sequence[Pose2D], bool], Motion] = self._drive_directly
+        self.power_up()
+
+    def power_up(self) -> None:
+        """Forget all tasks."""
         self._motion: Motion | None = None
         self._handling: float | None = None  # seconds until what is done at the target has ended
         self.task_id = 0

@@ -13,6 +13,7 @@ from functools import partial
 
 from rosproto.sentence import say
 from woosh_pure.enums import RobotMode, RobotState, TaskState, TaskType, WorkMode
+from woosh_pure.faults import ActiveFaults
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.motion.steps import Step
@@ -21,7 +22,7 @@ from woosh_pure.sim.body import Body, Localization
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.planner import Obstacle, Planner
 from woosh_pure.sim.settings import Settings
-from woosh_pure.sim.site import Site, built_in_site
+from woosh_pure.sim.site import Site, built_in_site, extent_of
 from woosh_pure.sim.tasks import TaskMachine
 from woosh_pure.values.state import RobotStatus
 
@@ -88,18 +89,23 @@ class World:
     def __init__(self, site: Site | None = None, settings: Settings | None = None) -> None:
         self.settings = settings or Settings()
         self.site = site or built_in_site()
-        self.random = random.Random(self.settings.seed)
         self.time = 0.0
+        self.tasks = TaskMachine(self)
+        self.avoidance = Avoidance(self)
+        self._reports: list[int] = []
+        self._power_up()
+
+    def _power_up(self) -> None:
+        self.random = random.Random(self.settings.seed)
         self.planner = Planner(self.site.grid, self.settings.radius, _CLEARANCE)
         start = self.settings.start or self._free_place(self.site.start)
         self.body = Body(start, self.settings.limits, self.random, self.settings.drift)
         self.battery = SimulatedBattery(self.settings.battery_percent, self.settings.battery_rate)
-        self.tasks = TaskMachine(self)
+        self.tasks.power_up()
         self.map_seen: GridMap = self.site.grid
         self.collisions = CollisionMap(self.site.grid, self.settings.radius)
         self.costmaps_enabled = True
         self.navigation = NavigationSettings()
-        self.avoidance = Avoidance(self)
         self.motion: Motion | None = None
         self.paused_step: StepMotion | None = None
         self.emergency_stop = False
@@ -113,7 +119,7 @@ class World:
         self._command_smooth = True
         self._command_time = -math.inf
         self._holding = True  # the base brakes after a motion; False after a commanded velocity
-        self._reports: list[int] = []
+        self._faults = ActiveFaults()
         self.last_code = _INITIALISED if self.located else _NOT_INITIALISED
 
     def _free_place(self, wanted: Pose2D) -> Pose2D:
@@ -147,6 +153,7 @@ class World:
     def report(self, code: int) -> None:
         """Queue a code for /status_code."""
         self._reports.append(code)
+        self._faults.receive(code)
         self.last_code = code
 
     def take_reports(self) -> list[int]:
@@ -337,6 +344,44 @@ class World:
         """Release the bumper after a collision."""
         self.bumper = False
         self.report(_BUMPER_RELEASED)
+
+    def interrupt(self, why: str) -> None:
+        """End what is under way, because somebody has taken hold of the robot."""
+        self._abort_all(_LOST, why)
+
+    def reset(self) -> None:
+        """Power up again after `interrupt`, and report the end of every fault; the time goes on."""
+        for fault in self._faults.active:
+            self.report(fault.code - fault.code % 1_000_000)  # what is normal again in its submodule
+        self._power_up()
+        self.report(self.last_code)
+
+    def teleport(self, x: float, y: float, yaw: float | None = None) -> None:
+        """Carry the robot to a place and localise it there; what is under way fails.
+
+        Raises:
+            ValueError: A number is not finite, or the robot would touch something there.
+        """
+        pose = Pose2D(x, y, self.body.pose.yaw if yaw is None else yaw).require_sensible()
+        if self.collisions.touches(pose.x, pose.y):
+            raise ValueError(
+                say(
+                    "x {x:g}, y {y:g} is in a wall or an obstacle, or closer to one than the robot's radius "
+                    "of {radius:g} m; choose a free place of the map, which is {extent}",
+                    x=pose.x,
+                    y=pose.y,
+                    radius=self.settings.radius,
+                    extent=extent_of(self.site.grid),
+                )
+            )
+        self.interrupt("carried to another place")
+        self.leave_dock()
+        if self.bumper:
+            self.release_bumper()
+        self.body.block()
+        self.body.pose = pose
+        self.localization.running = True
+        self.initial_pose(pose)
 
     def _abort_all(self, code: int, why: str) -> None:
         self._command = Velocity()

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
 
 
 FAULTS: dict[str, Callable[..., object]] = {
+    "reset": lambda sim: sim.reset(),
+    "teleport:X:Y": lambda sim, x, y: sim.teleport(to_float(x), to_float(y)),
+    "battery:N": lambda sim, percent: sim.set_battery(to_float(percent)),
     "estop": lambda sim: sim.press_emergency_stop(),
     "release": lambda sim: sim.release_emergency_stop(),
     "free": lambda sim: sim.release_bumper(),

@@ -461,3 +461,103 @@ def test_a_velocity_still_bypasses_the_protection():
     world.command_velocity(Velocity(0.8), smooth=True)
     run(world, 8.0)
     assert world.bumper
+
+
+HALL = built_in_site()
+
+
+def spoilt() -> World:
+    """A world in which all that `reset` mends is as it was not at the start, with a task under way."""
+    world = World(HALL, Settings(battery_percent=60.0))
+    world.tasks.request(execute(mark="B1"))
+    run(world, 3.0)
+    world.set_map(GridMap(np.zeros((40, 40), np.int8), 0.05), world.body.pose)
+    world.navigation = NavigationSettings(NavigationMode.STOP_AND_WAIT)
+    world.obstacles.append((3.0, 0.0, 0.25))
+    world.battery.percent = 3.0
+    return world
+
+
+def state_of(world: World) -> object:
+    return (
+        world.body.pose, world.body.odometry, world.battery.percent, world.status(), world.robot_state, world.motion,
+        world.navigation, world.map_seen, world.obstacles, world.collisions.seen_obstacles, world.last_code,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda world: None,
+        World.press_emergency_stop,
+        World.lose_localization,
+        World.plug_cable,
+        lambda world: world.set_mode(RobotMode.MANUAL),
+        lambda world: setattr(world.tasks, "fail_next", "injected"),
+    ],
+)
+def test_a_reset_ends_the_task_and_puts_everything_back(spoil):
+    world, fresh = spoilt(), World(HALL, Settings(battery_percent=60.0))
+    spoil(world)
+    motion, time = world.motion, world.time
+    world.interrupt("the simulation was reset")
+    assert world.tasks.state is TaskState.FAILED
+    assert motion is None or motion.state is MotionState.FAILED
+    world.reset()
+    assert state_of(world) == state_of(fresh)
+    assert world.time == time
+    assert world.tasks.request(execute()).success
+    world.step(DT)
+    assert world.tasks.busy
+
+
+def test_a_reset_reports_the_end_of_every_fault():
+    """A client keeps a fault until its submodule is normal again, the injected ones too."""
+    from woosh_pure.faults import ActiveFaults
+
+    world, client = World(), ActiveFaults()
+    world.press_emergency_stop()
+    world.lose_localization()
+    for code in (110301000013, 140201000022, 110202000013):
+        world.report(code)
+    world.reset()
+    for code in world.take_reports():
+        client.receive(code)
+    assert client.active == ()
+
+
+def test_a_robot_that_is_carried_is_localised_and_has_no_task():
+    world = World()
+    world.tasks.request(execute(mark="B1"))
+    run(world, 2.0)
+    odometry = world.body.odometry
+    world.lose_localization()
+    world.teleport(4.0, 1.5, math.pi / 2)
+    assert world.body.pose == world.believed_pose == Pose2D(4.0, 1.5, math.pi / 2)
+    assert world.located
+    assert world.body.odometry == odometry  # the wheels have not turned
+    assert world.tasks.state is TaskState.FAILED
+    run(world, 1.0)
+    assert world.body.pose == Pose2D(4.0, 1.5, math.pi / 2)
+    world.teleport(0.0, 0.0)
+    assert world.body.pose.yaw == math.pi / 2
+
+
+def test_a_robot_that_is_carried_out_of_its_collision_is_free():
+    world = World()
+    world.command_velocity(Velocity(-0.5), smooth=True)
+    run_until(world, lambda: world.bumper)
+    world.teleport(3.0, 0.0, 0.0)
+    assert not world.bumper
+    assert world.robot_state is RobotState.IDLE
+
+
+@pytest.mark.parametrize("place", [(-9.0, 0.0), (2.0, 2.0), (-1.6, 0.0), (math.nan, 0.0), (1e9, 0.0)])
+def test_nobody_puts_the_robot_into_a_wall(place):
+    world = World()
+    world.obstacles.append((2.0, 2.0, 0.25))
+    world.tasks.request(execute())
+    with pytest.raises(ValueError):
+        world.teleport(*place)
+    assert world.tasks.busy
+    assert world.body.pose == Pose2D(0.0, 0.0)
