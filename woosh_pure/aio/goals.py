@@ -63,6 +63,14 @@ class GoalHandle(Generic[P]):
         loop = asyncio.get_running_loop()
         self.handle.on_progress(lambda progress: notify(loop, callback, progress))
 
+    def on_done(self, callback: Callable[[Outcome], object]) -> None:
+        """Call `callback(outcome)` once, when it has ended: at once if it has.
+
+        It is called in this loop.
+        """
+        loop = asyncio.get_running_loop()
+        self.handle.on_done(lambda outcome: notify(loop, callback, outcome))
+
     async def progress(self) -> AsyncIterator[P]:
         """Reports as they come; a slow loop skips to the newest. Ends with the goal."""
         newest: Mailbox[P] = Mailbox(1)

@@ -564,8 +564,12 @@ class Feeds:
 
     def lost(self, name: str) -> str:
         """Why the link of a feed counts as lost; "" while it is up."""
-        feed = self.get(name)
-        if feed.publishers > 0:
+        feed, beat = self.get(name), self.get("velocity")
+        try:
+            publishers, age = feed.publishers, beat.age
+        except ConnectionLost as closed:
+            return str(closed)
+        if publishers > 0:
             self._missing_since.pop(name, None)
         else:
             since = self._missing_since.setdefault(name, time.monotonic())
@@ -573,8 +577,6 @@ class Feeds:
                 return say(
                     "{topic} has had no publisher for {seconds} s", topic=feed.topic, seconds=_LOST_AFTER
                 )
-        beat = self.get("velocity")
-        age = beat.age
         if age is not None and age > _LOST_AFTER:
             return say("the chassis has been silent for {seconds:.1f} s ({why})", seconds=age, why=beat.topic)
         return ""

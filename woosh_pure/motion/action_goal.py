@@ -14,7 +14,7 @@ from typing import Any
 import rosproto
 from rosproto.action import GoalHandle as SentGoal
 from rosproto.codec import DynamicMessage
-from rosproto.errors import RosError
+from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
 from rosproto.transport import Deadline
@@ -23,6 +23,7 @@ from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.connection.firmware_limits import require_goal
 from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
 from woosh_pure.errors import MotionRefused
+from woosh_pure.faults import Faults
 from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.schema import Row
 from woosh_pure.motion.motion import GoalHandle, Motion
@@ -207,8 +208,11 @@ class ActionMotion(Motion[Any]):
         self.finish(OutcomeKind.ARRIVED, text)
 
     def _reason(self, text: str) -> str:
-        parts = [text, *(str(fault) for fault in self.components.readiness_state.active_faults())]
-        known = [part for part in parts if part]
+        try:
+            faults = self.components.readiness_state.active_faults()
+        except ConnectionLost:  # the Chassis was closed meanwhile
+            faults = Faults()
+        known = [part for part in (text, *map(str, faults)) if part]
         return both(*known) if known else ""
 
 

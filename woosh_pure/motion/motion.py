@@ -212,15 +212,16 @@ class Motion(ABC, Generic[P]):
         self._calling.add(me)
         try:
             for callback in callbacks:
-                self._call(callback, progress)
+                self.call(callback, progress)
         finally:
             self._calling.discard(me)
 
-    def _call(self, callback: Callable[[P], object], progress: P) -> None:
+    def call(self, callback: Callable[[R], object], value: R) -> None:
+        """Call a user's callback; an exception in it is logged."""
         try:
-            callback(progress)
+            callback(value)
         except Exception:
-            logger.exception("%s: a progress callback failed", self.description)
+            logger.exception("%s: a callback failed", self.description)
 
     @property
     def in_own_callback(self) -> bool:
@@ -566,6 +567,20 @@ class GoalHandle(Generic[P]):
                 return
             else:
                 self._motion.over.wait(_LOOK)
+
+    def on_done(self, callback: Callable[[Outcome], object]) -> None:
+        """Call `callback(outcome)` once, when it has ended: at once if it has.
+
+        It is called in a thread of its own, named `woosh:done`, where it may take its time and call any verb.
+        An exception in it is logged with its traceback. It does not end the goal after `default_timeout`, as
+        `wait` does.
+        """
+
+        def run() -> None:
+            self._motion.wait(None)
+            self._motion.call(callback, self._motion.confirmed())
+
+        threading.Thread(target=run, name="woosh:done", daemon=True).start()
 
     def wait(
         self,

@@ -312,6 +312,18 @@ class MotionVerbs:
             replace=replace,
         )
 
+    def forward(self, metres: float, *, speed: float = 0.0) -> StepHandle:
+        """`move`: drive straight, or back where `metres` is negative; speed in m/s. Returns at once."""
+        return self.move(metres, speed=speed)
+
+    def left(self, degrees: float, *, speed: float = 0.0) -> StepHandle:
+        """`rotate`: turn in place to the left, in degrees; speed in rad/s. Returns at once."""
+        return self.rotate(degrees, degrees=True, speed=speed)
+
+    def right(self, degrees: float, *, speed: float = 0.0) -> StepHandle:
+        """`rotate`: turn in place to the right, in degrees; speed in rad/s. Returns at once."""
+        return self.rotate(-as_float(degrees), degrees=True, speed=speed)
+
     def strafe(
         self,
         distance: float,
