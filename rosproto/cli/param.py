@@ -138,7 +138,7 @@ def _store(arguments: argparse.Namespace, given: Iterable[tuple[str, object]]) -
     if any(not name.strip("/") for name, _ in found):
         raise ValueError("the root namespace takes names and values, `{speed: 2}`")
     if not found:
-        warn("there was nothing to set: an empty namespace changes nothing; param delete empties one")
+        warn("there was nothing to set: an empty file or namespace changes nothing; param delete empties one")
     with master_client(arguments) as master:
         for answer in master.batch([("setParam", pair) for pair in found]):
             if isinstance(answer, MasterError):
@@ -185,10 +185,8 @@ def _dump(arguments: argparse.Namespace) -> None:
 def _load(arguments: argparse.Namespace) -> None:
     text = read_stream(sys.stdin, "standard input") if arguments.file == "-" else read_text(arguments.file)
     origin = "standard input" if arguments.file == "-" else arguments.file
-    documents = [document for document in load_all(text, origin) if document is not None]
-    if not documents:
-        raise CommandError(f"{origin} is empty; write names and values, `speed: 2`")
-    _store(arguments, [_placed(document, absolute(arguments.namespace), origin) for document in documents])
+    found = [document for document in load_all(text, origin) if document is not None]
+    _store(arguments, [_placed(document, absolute(arguments.namespace), origin) for document in found])
 
 
 def _placed(document: object, namespace: str, origin: str) -> tuple[str, object]:

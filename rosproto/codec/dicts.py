@@ -146,7 +146,7 @@ def _array(
 
 def _number(kind: str, value: object, path: str, top: str) -> int | float:
     if kind in FLOATS:
-        if isinstance(value, (int, float)) and not isinstance(value, bool):
+        if isinstance(value, (int, float)):
             return float(value)
     elif isinstance(value, int) or (isinstance(value, float) and value.is_integer()):
         low, high = INTEGER_RANGES[kind]

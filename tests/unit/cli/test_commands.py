@@ -176,6 +176,12 @@ def test_load_and_set_merge_leaf_by_leaf(rosproto: Call, tree: Callable[..., obj
     assert tree("{}") == {"a": {"b": 5, "c": 7}, "keep": 3, "new": [1]}
 
 
+def test_load_of_a_file_without_values_sets_nothing(rosproto: Call, tree: Callable[..., object]) -> None:
+    """Only comments, or nothing at all: a warning, exit code 0, as rosparam; a launch script goes on."""
+    for text in ("# later\n", "", "---\n"):
+        assert tree(text) == {"a": {"b": 1, "c": 2}, "keep": 3}
+
+
 def test_load_takes_namespaces_as_rosparam_does(
     rosproto: Call, tree: Callable[..., object], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -87,7 +87,6 @@ def test_now_and_auto() -> None:
         (Twist, {"linaer": {}}, "has no field 'linaer'; it has: linear, angular"),
         (Twist, {"linear": {"q": 1}}, "x, y, z"),
         (Twist, {"linear": {"x": "fast"}}, "'fast' is not a valid float64"),
-        (Twist, {"linear": {"x": True}}, "is not a valid float64"),
         (Twist, [1], "1 values given for the 2 fields"),
         (Polygon, {"points": 3}, "is not a list"),
         (PoseStamped, {"header": {"seq": 1.5}}, "is not a valid uint32"),
@@ -101,6 +100,13 @@ def test_wrong_values_name_the_field(cls: type, value: object, says: str) -> Non
     """A typing error is answered with the path and with what would be right."""
     with pytest.raises(CodecError, match=says):
         from_dict(cls, value)
+
+
+def test_true_and_false_are_numbers_as_in_genpy() -> None:
+    """`rostopic pub` sends 1 and 0 for them, also in arrays and fields of whole numbers."""
+    assert from_dict(Twist, {"linear": {"x": True}}).linear.x == 1.0
+    assert list(from_dict(MultiArray, {"data": [True, False]}).data) == [1.0, 0.0]
+    assert list(from_dict(Int32s, {"data": [True]}).data) == [1]
 
 
 def test_fill_keeps_what_is_not_named() -> None:
