@@ -15,10 +15,17 @@ def main() -> int:
     parser.add_argument("--seed", type=int, help="of the random inputs; printed when not given")
     parser.add_argument("--only", action="append", choices=NAMES, help="only this kind; repeatable")
     parser.add_argument("--enough", type=int, default=10, help="end after this many differences (10)")
+    parser.add_argument("--first", type=int, default=0, help="begin with this number of the seed")
     arguments = parser.parse_args()
     seed = random.randrange(2**32) if arguments.seed is None else arguments.seed
     print(f"seed {seed}", flush=True)
-    report = run(seed=seed, seconds=arguments.seconds, only=arguments.only, enough=arguments.enough)
+    report = run(
+        seed=seed,
+        seconds=arguments.seconds,
+        only=arguments.only,
+        enough=arguments.enough,
+        first=arguments.first,
+    )
     print(report)
     return 1 if report.found else 0
 

@@ -103,9 +103,11 @@ class Kind(ABC):
     Attributes:
         asked: The function of asked.py that answers for Debian.
         peer: A process of Debian's for this kind alone; None takes the one of all kinds.
+        every: Only each so many-th number has a case: for those that take long.
     """
 
     asked: str
+    every = 1
     peer: Peer | None = None
 
     @property
@@ -181,12 +183,15 @@ def compare(
     seed: int,
     seconds: float,
     enough: int = 10,
+    first: int = 0,
 ) -> Report:
-    """Draw cases of all kinds in turn until the time is over, or `enough` differences are found."""
+    """Draw cases of all kinds in turn, from number `first`, until the time is over, or `enough` differences are found."""
     report = Report()
     end = time.monotonic() + seconds
-    for number in range(10**9):
+    for number in range(first, 10**9):
         for kind in kinds:
+            if number % kind.every:
+                continue
             if time.monotonic() > end or len(report.found) >= enough:
                 return report
             case = kind.draw(random.Random(f"{seed} {kind.name} {number}"))

@@ -37,6 +37,7 @@ def run(
     seconds: float,
     only: Sequence[str] | None = None,
     enough: int = 10,
+    first: int = 0,
     packages: Path | None = None,
 ) -> Report:
     """Compare until the time is over; see `compare`.
@@ -70,4 +71,4 @@ def run(
         ]
         assert [kind.name for kind in kinds] == NAMES
         chosen = [kind for kind in kinds if not only or kind.name in only]
-        return compare(chosen, DIFFERENCES, real, seed=seed, seconds=seconds, enough=enough)
+        return compare(chosen, DIFFERENCES, real, seed=seed, seconds=seconds, enough=enough, first=first)
