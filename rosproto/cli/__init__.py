@@ -53,12 +53,14 @@ from rosproto.cli.options import (
     folder_exists,
     host,
     natural,
+    number_from,
     port,
     positive,
     seconds,
     to_float,
     to_int,
     token_of,
+    whole_from,
 )
 from rosproto.cli.output import Output
 from rosproto.cli.parser import Parser, WrongUse, give_examples, hint, near
@@ -105,6 +107,7 @@ __all__ = [
     "natural",
     "near",
     "never_wait_for_stdout",
+    "number_from",
     "open_keys",
     "own",
     "port",
@@ -125,6 +128,7 @@ __all__ = [
     "unguarded",
     "until_interrupted",
     "watchdog_if",
+    "whole_from",
     "words_of",
 ]
 

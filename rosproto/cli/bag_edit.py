@@ -24,7 +24,7 @@ from rosproto.cli.bag_progress import Progress
 from rosproto.cli.console import counted
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.expression import Expression, ExpressionError
-from rosproto.cli.options import add_allow_damaged, add_compression, add_quiet, finite
+from rosproto.cli.options import add_allow_damaged, add_compression, add_quiet, seconds
 from rosproto.codec import AnyMsg, decode
 from rosproto.errors import BagError
 from rosproto.files import replace_file
@@ -43,10 +43,10 @@ def add_span_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these; patterns such as '/cam/*'")
     parser.add_argument("--exclude", nargs="+", metavar="TOPIC", default=[], help="leave these out")
     parser.add_argument(
-        "-s", "--start", type=finite, default=None, metavar="SEC", help="skip this many seconds at the start"
+        "-s", "--start", type=seconds, default=None, metavar="SEC", help="skip this many seconds at the start"
     )
     parser.add_argument(
-        "-u", "--duration", type=finite, default=None, metavar="SEC", help="take only this many seconds"
+        "-u", "--duration", type=seconds, default=None, metavar="SEC", help="take only this many seconds"
     )
 
 

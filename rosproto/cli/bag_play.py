@@ -15,7 +15,7 @@ from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.graph_clients import open_node
 from rosproto.cli.graph_options import add_graph_options
 from rosproto.cli.keys import Keys, open_keys
-from rosproto.cli.options import add_allow_damaged, finite, to_int
+from rosproto.cli.options import add_allow_damaged, count, positive, seconds
 from rosproto.cli.signals import interrupt_on_signals
 
 if TYPE_CHECKING:
@@ -27,34 +27,34 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     add_graph_options(parser, as_json=False)
     parser.add_argument("bags", nargs="*", metavar="BAG", help="and remappings: /old:=/new")
     parser.add_argument(
-        "-r", "--rate", type=finite, default=1.0, metavar="FACTOR", help="play this many times as fast"
+        "-r", "--rate", type=positive, default=1.0, metavar="FACTOR", help="play this many times as fast"
     )
     parser.add_argument(
-        "-s", "--start", type=finite, default=0.0, metavar="SEC", help="skip this many seconds at the start"
+        "-s", "--start", type=seconds, default=0.0, metavar="SEC", help="skip this many seconds at the start"
     )
     parser.add_argument(
-        "-u", "--duration", type=finite, metavar="SEC", help="stop after this many seconds of the bag"
+        "-u", "--duration", type=seconds, metavar="SEC", help="stop after this many seconds of the bag"
     )
     parser.add_argument("-l", "--loop", action="store_true", help="start again at the end")
     parser.add_argument(
         "-k", "--keep-alive", action="store_true", help="keep running after the end, for latched topics"
     )
     parser.add_argument("--clock", action="store_true", help="publish /clock with the time of the bag")
-    parser.add_argument("--hz", type=finite, default=100.0, help="rate of /clock (default: 100)")
+    parser.add_argument("--hz", type=positive, default=100.0, help="rate of /clock (default: 100)")
     parser.add_argument(
-        "-d", "--delay", type=finite, default=0.2, metavar="SEC", help="wait before the first message (0.2)"
+        "-d", "--delay", type=seconds, default=0.2, metavar="SEC", help="wait before the first message (0.2)"
     )
     parser.add_argument("--pause", action="store_true", help="start paused")
     parser.add_argument("-i", "--immediate", action="store_true", help="as fast as subscribers take it")
     parser.add_argument(
-        "--queue", type=to_int, default=1000, metavar="N", help="queue size of each topic (1000)"
+        "--queue", type=count, default=1000, metavar="N", help="queue size of each topic (1000)"
     )
     parser.add_argument("--topics", nargs="+", metavar="TOPIC", help="play only these")
     parser.add_argument(
         "--bags", nargs="+", dest="more_bags", default=[], metavar="BAG", help="bags, after --topics"
     )
     parser.add_argument("-p", "--prefix", default="", help="prefix of every topic")
-    parser.add_argument("--skip-empty", type=finite, metavar="SEC", help="skip silences longer than this")
+    parser.add_argument("--skip-empty", type=seconds, metavar="SEC", help="skip silences longer than this")
     parser.add_argument(
         "--pause-topics", nargs="+", metavar="TOPIC", default=[], help="pause before messages of these"
     )
@@ -65,7 +65,7 @@ def add_play_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--rate-control-max-delay",
-        type=finite,
+        type=seconds,
         default=1.0,
         metavar="SEC",
         help="wait when this far ahead of it (1)",

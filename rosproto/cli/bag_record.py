@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rosproto.cli.bag_progress import Progress
@@ -12,7 +13,7 @@ from rosproto.cli.console import counted
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.graph_clients import open_node
 from rosproto.cli.graph_options import add_graph_options
-from rosproto.cli.options import add_compression, finite, to_int
+from rosproto.cli.options import add_compression, count, positive, seconds, whole_from
 from rosproto.cli.signals import interrupt_on_signals
 from rosproto.text import human_bytes
 
@@ -50,23 +51,25 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-O", "--output-name", metavar="NAME", help="use exactly this name")
     parser.add_argument("--force", action="store_true", help="replace a bag of that name")
     parser.add_argument("--split", action="store_true", help="start a new bag at --size or --duration")
-    parser.add_argument("--max-splits", type=to_int, metavar="N", help="keep only the newest N")
-    parser.add_argument("--size", type=finite, metavar="MB", help="end (or split) at this size")
+    parser.add_argument("--max-splits", type=count, metavar="N", help="keep only the newest N")
+    parser.add_argument("--size", type=positive, metavar="MB", help="end (or split) at this size")
     parser.add_argument(
         "--duration", type=seconds_of, metavar="SEC", help="end (or split) after this time: 30, 5m, 2h"
     )
-    parser.add_argument("-l", "--limit", type=to_int, metavar="N", help="stop after N messages of each topic")
+    parser.add_argument("-l", "--limit", type=count, metavar="N", help="stop after N messages of each topic")
     parser.add_argument(
         "-b",
         "--buffsize",
-        type=finite,
+        type=seconds,
         default=256,
         metavar="MB",
         help="limit of the data that waits for the disk (256)",
     )
-    parser.add_argument("--chunksize", type=to_int, default=768, metavar="KB", help="size of chunks (768)")
     parser.add_argument(
-        "--min-space", type=finite, default=0, metavar="MB", help="end when less disk space is left"
+        "--chunksize", type=whole_from(1, 1 << 20), default=768, metavar="KB", help="size of chunks (768)"
+    )
+    parser.add_argument(
+        "--min-space", type=seconds, default=0, metavar="MB", help="end when less disk space is left"
     )
     parser.add_argument(
         "-p", "--publish", action="store_true", help="publish the name of each bag on /begin_write"
@@ -130,13 +133,12 @@ def record(arguments: argparse.Namespace) -> int:
     from rosproto.recording import Recorder, TopicSelection
 
     options = recorder_options(arguments)
+    names, patterns = ((), arguments.topics) if arguments.regex else (arguments.topics, ())
+    select = partial(TopicSelection, patterns=patterns, exclude=arguments.exclude, all=arguments.all)
+    select(names, node=arguments.node)  # refuses a wrong pattern before the master is asked
     with interrupt_on_signals(), open_node(arguments, "record") as node:
-        names = arguments.topics
-        selection = TopicSelection(
-            () if arguments.regex else [node.resolve_name(name) for name in names],
-            patterns=names if arguments.regex else (),
-            exclude=arguments.exclude,
-            all=arguments.all,
+        selection = select(
+            [node.resolve_name(name) for name in names],
             node=node.resolve_name(arguments.node) if arguments.node else None,
         )
         _await_clock(node, arguments.quiet)

@@ -269,6 +269,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
         CommandError: The certificate cannot be used, or the system allows fewer open files than clients.
     """
     never_wait_for_stdout()
+    from rosproto.admission import AdmissionPolicy
     from rosproto.gateway import Access
     from rosproto.transport.uri import is_loopback
 
@@ -277,6 +278,7 @@ def gateway_options(arguments: argparse.Namespace, *, write: Sequence[str] = ())
         import secrets
 
         token = secrets.token_urlsafe(18)
+    AdmissionPolicy(token, arguments.origin, arguments.host_name)  # refuses them before the master is asked
     return {
         "host": arguments.bind,
         "port": arguments.port,

@@ -7,7 +7,6 @@ Numbers are plain decimals in ASCII. Python also accepts `1_0`, `1e1` and digits
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import re
 from collections.abc import Callable
@@ -21,6 +20,10 @@ from rosproto.text import short
 _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")  # as many digits as 64 bits have
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _SHOWN = 40
+MAX_NUMBER = 10**9
+"""A wait of more seconds does not fit into the system's calls."""
+MAX_WHOLE = 2**32 - 1
+"""The largest count that a queue or a message takes."""
 
 
 class NotANumber(argparse.ArgumentTypeError, ValueError):
@@ -28,10 +31,12 @@ class NotANumber(argparse.ArgumentTypeError, ValueError):
 
 
 def finite(text: str) -> float:
-    """Parse a finite number."""
+    """Parse a number of at most `MAX_NUMBER`, of either sign."""
     value = to_float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(say("{text} is not a finite number", text=_shown(text)))
+    if not abs(value) <= MAX_NUMBER:
+        raise argparse.ArgumentTypeError(
+            say("{text}: must be at most {maximum}", text=_shown(text), maximum=MAX_NUMBER)
+        )
     return value
 
 
@@ -88,16 +93,45 @@ def count(text: str) -> int:
     return _whole(text, 1)
 
 
-def _whole(text: str, minimum: int) -> int:
+def _whole(text: str, minimum: int, maximum: int = MAX_WHOLE) -> int:
     try:
         value = to_int(text)
     except ValueError:
         value = minimum - 1
-    if value < minimum:
+    if not minimum <= value <= maximum:
         raise argparse.ArgumentTypeError(
-            say("{text} is not a whole number from {minimum}", text=_shown(text), minimum=minimum)
+            say(
+                "{text} is not a whole number from {minimum} to {maximum}",
+                text=_shown(text),
+                minimum=minimum,
+                maximum=maximum,
+            )
         )
     return value
+
+
+def whole_from(minimum: int, maximum: int) -> Callable[[str], int]:
+    """Return the type of an integer from `minimum` to `maximum`."""
+    return lambda text: _whole(text, minimum, maximum)
+
+
+def number_from(minimum: float, maximum: float) -> Callable[[str], float]:
+    """Return the type of a number from `minimum` to `maximum`."""
+
+    def parse(text: str) -> float:
+        value = finite(text)
+        if not minimum <= value <= maximum:
+            raise argparse.ArgumentTypeError(
+                say(
+                    "{text}: must be from {minimum:g} to {maximum:g}",
+                    text=_shown(text),
+                    minimum=minimum,
+                    maximum=maximum,
+                )
+            )
+        return value
+
+    return parse
 
 
 def port(text: str) -> int:

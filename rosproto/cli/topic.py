@@ -15,7 +15,7 @@ from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.fields import split_topic
 from rosproto.cli.graph_clients import absolute, below, master_client, unknown, warn_if_none
 from rosproto.cli.graph_options import add_verbs, library_for
-from rosproto.cli.options import add_allow_damaged, argument, count, positive
+from rosproto.cli.options import add_allow_damaged, argument, count, positive, whole_from
 from rosproto.cli.parser import near
 from rosproto.errors import MasterError
 from rosproto.text import printable
@@ -273,7 +273,7 @@ def add_echo_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seconds", type=positive, metavar="S", help="with --plot: seconds to show (30; of a bag: all)"
     )
-    parser.add_argument("-w", type=count, metavar="WIDTH", dest="width", help="width of numbers")
+    parser.add_argument("-w", type=whole_from(1, 100), metavar="WIDTH", dest="width", help="width of numbers")
     parser.add_argument(
         "--timeout", type=positive, metavar="S", help="give up after S seconds without a message"
     )

@@ -193,7 +193,7 @@ def test_options_that_contradict_each_other(capsys: pytest.CaptureFixture[str]) 
     assert [seconds_of(text) for text in ("30", "1.5s", "2h")] == [30.0, 1.5, 7200.0]
     with pytest.raises(argparse.ArgumentTypeError):
         seconds_of("soon")
-    assert main(["bag", "record", "--master", "http://127.0.0.1:1"]) == 4
+    assert main(["bag", "record", "/x", "--master", "http://127.0.0.1:1"]) == 4
     assert capsys.readouterr().err.count("\n") == 1
 
 

@@ -8,7 +8,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import count, counted, folder_exists, hint, positive, to_int
+from rosproto.cli import count, counted, folder_exists, hint, positive, whole_from
 from rosproto.errors import RosTimeout
 from rosproto.sentence import both, say
 from woosh_pure.cli.arguments import add_wait, enum_words, png_file, wait_for, word_of, write
@@ -285,7 +285,9 @@ def add_led(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--strip", choices=("base", "shelf", "both"), default="base", help="which strip (base)"
     )
-    parser.add_argument("--module", type=to_int, default=0, metavar="N", help="0 all, 1 to 8 one module")
+    parser.add_argument(
+        "--module", type=whole_from(0, 8), default=0, metavar="N", help="0 all, 1 to 8 one module"
+    )
     parser.add_argument("--urgency", action="store_true", help='show "under maintenance"')
     parser.add_argument("--abnormal", action="store_true", help='show "fault"')
     parser.add_argument("--list", action="store_true", help="list the states; asks no chassis")

@@ -6,7 +6,7 @@ import math
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli import finite, natural, positive, to_float, to_int
+from rosproto.cli import finite, natural, number_from, positive, to_float, whole_from
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, marks_here, pose, word_of
@@ -90,7 +90,9 @@ def add_task(parser: ArgumentParser) -> None:
         _add_task_kind(verbs.add_parser(kind, help=text, description=text), carry=kind == "carry")
     for command, text in _TASK_COMMANDS.items():
         sub = verbs.add_parser(command, help=text, description=text)
-        sub.add_argument("--id", type=to_int, metavar="N", help="number of the task (the running one)")
+        sub.add_argument(
+            "--id", type=whole_from(0, 2**63 - 1), metavar="N", help="number of the task (the running one)"
+        )
 
 
 def _add_task_kind(parser: ArgumentParser, *, carry: bool) -> None:
@@ -111,7 +113,9 @@ def _add_task_kind(parser: ArgumentParser, *, carry: bool) -> None:
     parser.add_argument(
         "--type-number", type=natural, default=0, metavar="N", help="the project's number (0)"
     )
-    parser.add_argument("--custom", type=to_int, default=0, metavar="N", help="the project's byte (0)")
+    parser.add_argument(
+        "--custom", type=whole_from(-128, 127), default=0, metavar="N", help="the project's byte (0)"
+    )
     add_timeout(parser)
 
 
@@ -191,7 +195,7 @@ def _charging_battery(chassis: Chassis) -> Battery | None:
 
 
 def add_move(parser: ArgumentParser) -> None:
-    parser.add_argument("metres", type=finite, help="at most 10")
+    parser.add_argument("metres", type=number_from(-10.0, 10.0), help="at most 10")
     parser.add_argument(
         "--speed", type=positive, default=0.0, metavar="M/S", help="default: the chassis's 0.2"
     )

@@ -37,8 +37,8 @@ def add_localization(parser: ArgumentParser) -> None:
     tell.add_argument("x", type=finite, metavar="X", help="m, in the map")
     tell.add_argument("y", type=finite, metavar="Y", help="m, in the map")
     tell.add_argument("degrees", type=finite, metavar="DEGREES", help="heading, counter-clockwise from x")
-    tell.add_argument("--deviation", type=finite, default=0.25, metavar="M", help="1 sigma (0.25)")
-    tell.add_argument("--yaw-deviation", type=finite, default=15.0, metavar="DEGREES", help="1 sigma (15)")
+    tell.add_argument("--deviation", type=positive, default=0.25, metavar="M", help="1 sigma (0.25)")
+    tell.add_argument("--yaw-deviation", type=positive, default=15.0, metavar="DEGREES", help="1 sigma (15)")
 
 
 def run_localization(args: Namespace, out: Output) -> None:
@@ -51,8 +51,6 @@ def run_localization(args: Namespace, out: Output) -> None:
             out.line(deviation, x=sigma[0], y=sigma[1], yaw=math.degrees(sigma[2]))
             out.result({"pose": estimate.pose, "deviation": sigma})
         elif args.verb == "pose":
-            if not (args.deviation > 0.0 and args.yaw_deviation > 0.0):
-                raise ValueError("a deviation must be more than 0")
             where = pose((args.x, args.y, args.degrees))
             with out.working("sending the position"):
                 chassis.set_pose(
@@ -79,7 +77,7 @@ def add_plan(parser: ArgumentParser) -> None:
         "--start", nargs=3, type=finite, metavar=POSE, help="from here (default: where the robot is)"
     )
     parser.add_argument(
-        "--tolerance", type=finite, default=0.0, metavar="M", help="how far the end may be moved (0)"
+        "--tolerance", type=seconds, default=0.0, metavar="M", help="how far the end may be moved (0)"
     )
     parser.add_argument("-o", "--png", type=png_file, metavar="FILE", help="draw it into the map")
 
@@ -145,14 +143,14 @@ def run_costmap(args: Namespace, out: Output) -> None:
 
 def add_footprint(parser: ArgumentParser) -> None:
     shape = parser.add_mutually_exclusive_group(required=True)
-    shape.add_argument("--rectangle", nargs=2, type=finite, metavar=("LENGTH", "WIDTH"), help="m")
-    shape.add_argument("--circle", type=finite, metavar="RADIUS", help="m")
+    shape.add_argument("--rectangle", nargs=2, type=positive, metavar=("LENGTH", "WIDTH"), help="m")
+    shape.add_argument("--circle", type=positive, metavar="RADIUS", help="m")
     shape.add_argument(
         "--points",
         metavar="CORNERS",
         help='corners in order, m, in base_link, as one argument: "0.4,0.3 -0.4,0.3 -0.4,-0.3 0.4,-0.3"',
     )
-    parser.add_argument("--padding", type=finite, default=0.0, metavar="M", help="added outwards (0)")
+    parser.add_argument("--padding", type=seconds, default=0.0, metavar="M", help="added outwards (0)")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--local", action="store_true", help="only for avoiding obstacles nearby")
     which.add_argument("--global", dest="global_", action="store_true", help="only for planning")

@@ -7,7 +7,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from rosproto.cli import DONE, FAILED, finite, seconds, to_int
+from rosproto.cli import DONE, FAILED, number_from, seconds, to_int
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, wait_for
@@ -141,7 +141,10 @@ def _wait_until_ready(chassis: Chassis, timeout: float) -> None:
 def add_battery(parser: ArgumentParser) -> None:
     add_wait(parser)
     parser.add_argument(
-        "--below", type=finite, metavar="PERCENT", help="exit code 1 when it holds less than this"
+        "--below",
+        type=number_from(0.0, 100.0),
+        metavar="PERCENT",
+        help="exit code 1 when it holds less than this",
     )
 
 

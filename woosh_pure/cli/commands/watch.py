@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from rosproto.cli import (
     Keys,
     enable_escapes,
-    finite,
     is_terminal,
+    number_from,
     open_keys,
     own,
     seconds,
@@ -34,7 +34,9 @@ def add_watch(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
     )
-    parser.add_argument("--rate", type=finite, metavar="HZ", help="pictures per second (5), lines (1)")
+    parser.add_argument(
+        "--rate", type=number_from(0.05, 30.0), metavar="HZ", help="pictures per second (5), lines (1)"
+    )
     parser.add_argument("--ascii", action="store_true", help="only ASCII characters, for old terminals")
     parser.add_argument("--lines", action="store_true", help="a line each time instead of the whole screen")
     parser.add_argument("--no-map", action="store_true", help="do not fetch the map")
@@ -43,8 +45,6 @@ def add_watch(parser: ArgumentParser) -> None:
 def run_watch(args: Namespace, out: Output) -> None:
     whole = not (args.lines or args.json) and enable_escapes(sys.stdout)
     rate = (5.0 if whole else 1.0) if args.rate is None else args.rate
-    if not 0.05 <= rate <= 30.0:
-        raise ValueError(say("--rate {rate:g}: expected 0.05 to 30 per second", rate=rate))
     from rosproto.transport import Deadline
     from woosh_pure.cli.screen import Observer  # late: it needs numpy
 
