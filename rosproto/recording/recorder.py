@@ -1,9 +1,9 @@
 """Record a live graph: every message unchanged, with its publisher's definition and header.
 
 Threads: the node's link threads put messages into a `MessageBuffer`, one thread writes them to the files, and
-one subscribes, with one request to the master for all topics, and asks for new ones. No Ctrl-C interrupts
-these threads, so no registration is left behind half made. A slow disk cannot delay receiving: messages that
-do not fit into the buffer are dropped and counted.
+one opens the first, subscribes, with one request to the master for all topics, and asks for new ones. No
+Ctrl-C interrupts these threads, so neither an unfinished bag nor a registration half made is left behind. A
+slow disk cannot delay receiving: messages that do not fit into the buffer are dropped and counted.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import threading
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -149,7 +150,9 @@ class Recorder:
             form = "mcap"
         ending = ".mcap" if form == "mcap" else ".bag"
         self._buffer = MessageBuffer(buffer_bytes, chunk_bytes)
-        self._series = BagSeries(
+        self._series: BagSeries
+        self._open_series = partial(
+            BagSeries,
             lambda number: bag_name(
                 prefix if path is None else os.fspath(path),
                 dated=path is None,
@@ -175,13 +178,12 @@ class Recorder:
         self._finished = threading.Event()
         self._error: RosError | None = None
         self._raised = False
-        self._refusal: BaseException | None = None  # why the first topics could not be subscribed
+        self._refusal: BaseException | None = None  # why the bag was not opened, or the topics not subscribed
         self._subscribed = threading.Event()
         self._writer = threading.Thread(target=self._write, name="rosproto:record writer", daemon=True)
         self._finder = threading.Thread(target=self._find, name="rosproto:record topics", daemon=True)
         # The writer needs this for the first chunk; imported then, it would hold up the receiving threads.
         importlib.import_module("numpy")
-        self._writer.start()
         try:
             self._finder.start()
             while not self._subscribed.wait(1.0):  # each request of the finder has its own deadline
@@ -292,7 +294,8 @@ class Recorder:
         pool.close()
         pool.join(1.0)
         self._buffer.close()
-        self._writer.join()  # as long as the disk takes: no received message is discarded
+        if self._writer.ident is not None:  # else the bag could not be opened
+            self._writer.join()  # as long as the disk takes: no received message is discarded
         self._finished.set()
         if self._announcer is not None:
             self._announcer.close()
@@ -301,9 +304,11 @@ class Recorder:
     # -- topics ---------------------------------------------------------------------------------------------
 
     def _find(self) -> None:
-        """Thread: subscribe to the chosen topics, and to others as they appear. The master may be away for a
-        while."""
+        """Thread: open the bag, subscribe to the chosen topics, and to others as they appear. The master may
+        be away for a while."""
         try:
+            self._series = self._open_series()
+            self._writer.start()
             self._subscribe(self._selection.topics)
             if self._selection.is_open:
                 self._look()

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from rosproto import Master, Node
-from rosproto.bag import BagReader
+from rosproto.bag import BagReader, create_bag
 from rosproto.bag.output import BagOutputFile
 from rosproto.codec import AnyMsg, define, message_class
 from rosproto.errors import BagError, MasterError
@@ -338,6 +338,28 @@ def test_ctrl_c_while_it_subscribes_leaves_nothing_behind(
         Recorder(recorder_node, tmp_path / "a.bag", [f"/topic_{number}" for number in range(40)])
     assert not any("/recorder" in names for names in one.master.get_system_state().subscribers.values())
     assert not any(path.suffix == ".active" for path in tmp_path.iterdir())
+
+
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends the process there")
+def test_ctrl_c_while_it_opens_the_bag_leaves_no_unfinished_one(
+    nodes: tuple[Node, Node, Node], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The bag is made in the thread that sees to its end: the interrupt comes when the file is there."""
+    _, _, recorder_node = nodes
+
+    def interrupted(*given: Any, **options: Any) -> Any:
+        writer = create_bag(*given, **options)
+        os.kill(os.getpid(), signal.SIGINT)
+        return writer
+
+    monkeypatch.setattr("rosproto.recording.files.create_bag", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        Recorder(recorder_node, tmp_path / "a.bag", ["/topic"])
+    assert [path.name for path in tmp_path.iterdir()] == ["a.bag"]
+    with BagReader(tmp_path / "a.bag") as bag:
+        assert bag.damage == []
+        assert bag.indexed
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("rosproto:record")]
 
 
 def test_a_topic_that_the_master_refuses_ends_the_recording_at_its_start(
