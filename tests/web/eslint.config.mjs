@@ -1,10 +1,11 @@
 // How the page's modules are checked: `.ci/run` installs eslint and nothing else. Run from the root:
-//   npx eslint --config tests/web/eslint.config.mjs --max-warnings 0 woosh_pure/web/page/js tests/web/page
+//   npx eslint --config tests/web/eslint.config.mjs --max-warnings 0 woosh_pure/web/page/js tests/web/page examples/web
 
 const browser = [
-  "AbortController", "Blob", "Headers", "ReadableStream", "CSS", "URL", "URLSearchParams", "WebSocket", "ResizeObserver", "addEventListener", "console",
+  "AbortController", "AbortSignal", "Blob", "Headers", "ReadableStream", "CSS", "URL", "URLSearchParams", "WebSocket", "ResizeObserver", "addEventListener", "console",
   "createImageBitmap", "devicePixelRatio", "document", "fetch", "getComputedStyle", "globalThis", "history", "innerHeight", "innerWidth", "localStorage",
-  "location", "matchMedia", "navigator", "performance", "requestAnimationFrame", "sessionStorage", "setInterval", "setTimeout", "clearTimeout",
+  "location", "matchMedia", "navigator", "performance", "requestAnimationFrame", "sessionStorage", "setInterval", "setTimeout", "clearTimeout", "clearInterval",
+  "TextDecoderStream",
 ];
 
 const node = ["Event", "EventTarget"]; // of tests only
