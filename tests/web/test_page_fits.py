@@ -126,7 +126,7 @@ def views(page: Page, fake: Fake) -> Iterator[str]:
 
 @pytest.mark.parametrize("language", ["en-US", "zh-CN"])
 @pytest.mark.parametrize(
-    "size", [(320, 568), (360, 740), (390, 844), (768, 1024)], ids=lambda size: str(size[0])
+    "size", [(320, 568), (360, 740), (390, 844), (568, 320), (740, 360), (768, 1024)], ids=str
 )
 def test_nothing_scrolls_sideways(
     browser: Browser, served: tuple[Fake, str], size: tuple[int, int], language: str

@@ -2,7 +2,6 @@
 
 import { ask, dismiss, recheck } from "./confirm.js";
 import { button, byId, el, fill, show } from "./dom.js";
-import { hint } from "./map_hint.js";
 import { degrees, inDegrees, number, onLanguage, t } from "./i18n.js";
 import { MarkList } from "./mark_list.js";
 import { answerOf, isLost } from "./pose_confirmation.js";
@@ -30,9 +29,8 @@ export class GoTab {
     show(this.first, this.marks.all.length > 0 && !this.known);
     fill(
       this.root,
-      el("h2", {}, t("go.title")),
-      this.first,
       this.marks.root,
+      this.first,
       el("div", { class: "actions" },
         button(t("go.place"), () => this.choosePlace(), { name: "place", id: "choose-place" }),
         button(t("go.charge"), () => this.askCharge(), { name: "charge", id: "charge" }),
@@ -61,6 +59,7 @@ export class GoTab {
 
   // Why it would not move now, as in the notice above the tabs.
   hindered() {
+    if (this.store.get("lost")) return t("go.lost");
     const [first] = hindrances(this.store);
     return first ? t("ready.notice", { why: whyOf(first) }) : "";
   }
@@ -109,21 +108,21 @@ export class GoTab {
   }
 
   choosePlace() {
-    this.placing("go.placehint", (place, fields) => {
+    this.placing((place, fields) => {
       const body = () => ({ kind: "pose", ...this.endPlacing() ?? place });
-      this.confirm(t("go.here"), body, t("go.clear"), { fields, onno: () => this.endPlacing() });
+      this.confirm(t("go.here"), body, `${t("go.placehint")} ${t("go.clear")}`, { fields, onno: () => this.endPlacing() });
     });
   }
 
   choosePose() {
-    this.placing("go.posehint", (place, fields) => ask({
-      text: t("go.poseask"), note: t("go.posenote"), yes: t("go.poseyes"), fields,
+    this.placing((place, fields) => ask({
+      text: t("go.poseask"), note: `${t("go.posehint")} ${t("go.posenote")}`, yes: t("go.poseyes"), fields,
       onyes: () => this.sendPose(this.endPlacing() ?? place), onno: () => this.endPlacing(),
     }));
   }
 
   // Dragging on the map and typing numbers change the same place.
-  placing(how, question) {
+  placing(question) {
     dismiss();
     const pose = this.store.get("pose");
     const start = pose ? { ...pose } : { x: 0, y: 0, yaw: 0 };
@@ -148,14 +147,12 @@ export class GoTab {
     this.map.follow(false);
     this.map.setPlacing(placed, start);
     placed(start);
-    hint("place", t(how));
   }
 
   // Return the chosen place.
   endPlacing() {
     const { place } = this.map;
     this.map.setPlacing(null);
-    hint("place");
     return place && { x: place.x, y: place.y, yaw: place.yaw };
   }
 

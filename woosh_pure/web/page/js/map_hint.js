@@ -2,7 +2,7 @@
 
 import { byId, el, fill, say, show } from "./dom.js";
 
-const ORDER = ["place", "load", "cost", "none"];
+const ORDER = ["load", "cost", "none"];
 const said = new Map(); // kind -> {text, part}
 
 // Set the hint of a kind, or remove it; `part` is the progress, 0 to 1.

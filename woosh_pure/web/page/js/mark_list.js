@@ -12,7 +12,7 @@ export function found(marks, typed) {
 }
 
 export class MarkList {
-  // go: askMark(mark) and placing(hint, question), endPlacing()
+  // go: askMark(mark) and placing(question), endPlacing()
   constructor({ store, rest, go }) {
     Object.assign(this, { store, rest, go });
     this.root = el("section", { id: "marks" });
@@ -30,7 +30,7 @@ export class MarkList {
 
   render() {
     const search = el("input", {
-      type: "search", id: "mark-search", maxlength: 100, autocomplete: "off", value: this.typed,
+      type: "search", placeholder: t("marks.search"), "aria-label": t("marks.search"), id: "mark-search", maxlength: 100, autocomplete: "off", value: this.typed,
       oninput: () => {
         this.typed = search.value;
         this.list();
@@ -41,7 +41,7 @@ export class MarkList {
     fill(
       this.root,
       this.none,
-      el("form", { class: "inline", onsubmit: (event) => this.submit(event) }, el("label", {}, el("span", {}, t("marks.search")), search)),
+      el("form", { class: "inline", onsubmit: (event) => this.submit(event) }, el("h2", {}, t("go.title")), search),
       this.rows,
       el("div", { class: "row" },
         button(t("marks.here"), () => this.addHere(), { name: "plus", id: "mark-here" }),
@@ -135,13 +135,13 @@ export class MarkList {
   }
 
   addPlace() {
-    this.go.placing("marks.placehint", (start, numbers) => {
+    this.go.placing((start, numbers) => {
       const [input, label] = this.name();
       const save = () => {
         const place = this.go.endPlacing() ?? start;
         this.send("POST", "marks", { name: input.value.trim(), ...place }, t("marks.saved"));
       };
-      ask({ text: t("marks.placeask"), yes: t("marks.save"), fields: [label, ...numbers], onyes: save, onno: () => this.go.endPlacing() });
+      ask({ text: t("marks.placeask"), note: t("marks.placehint"), yes: t("marks.save"), fields: [label, ...numbers], onyes: save, onno: () => this.go.endPlacing() });
     });
   }
 

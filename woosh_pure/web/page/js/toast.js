@@ -10,8 +10,8 @@ export function toast(text, kind = "ok") {
   const box = byId("toasts");
   const note = el("div", { class: `toast ${kind}` }, icon(ICONS[kind]), el("span", {}, text));
   note.onclick = () => note.remove();
-  box.append(note);
-  while (box.children.length > MAX_TOASTS) box.firstChild.remove();
+  box.prepend(note); // a small map cuts off the oldest
+  while (box.children.length > MAX_TOASTS) box.lastChild.remove();
   setTimeout(() => note.remove(), SECONDS[kind] * 1000);
 }
 

@@ -259,4 +259,6 @@ export const en = {
   "token.many": "Too many attempts. Wait a moment, then try again.",
   "token.offline": "The server does not answer. Try again.",
   "token.use": "Use it",
+
+  "go.lost": "Not connected: it would not reach the robot.",
 };

@@ -259,4 +259,6 @@ export const zh = {
   "token.many": "尝试次数过多，请稍等再试。",
   "token.offline": "服务器没有回应，请再试一次。",
   "token.use": "使用",
+
+  "go.lost": "未连接：指令无法到达机器人。",
 };
