@@ -136,6 +136,11 @@ def places(prog: str) -> Iterator[tuple[str, argparse.ArgumentParser]]:
         yield from walk(f"{prog} {name}", dict(sub_parsers(parser_of(prog, [name])))[name])
 
 
+def arguments_of(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """What a command takes: its options and its positional arguments, in their order."""
+    return list(parser._actions)
+
+
 def leaves(prog: str) -> list[str]:
     """Every command line that can run: commands without verbs, and verbs."""
     return [path for path, parser in places(prog) if not list(sub_parsers(parser))]

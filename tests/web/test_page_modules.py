@@ -44,7 +44,16 @@ def test_the_linter_has_nothing_to_say() -> None:
         "eslint is not installed (npm install --prefix FOLDER eslint@9; WOOSH_ESLINT=FOLDER)",
     )
     assert found is not None
-    run(found, "--config", "tests/web/eslint.config.mjs", "--max-warnings", "0", MODULES, "tests/web/page", "examples/web")
+    run(
+        found,
+        "--config",
+        "tests/web/eslint.config.mjs",
+        "--max-warnings",
+        "0",
+        MODULES,
+        "tests/web/page",
+        "examples/web",
+    )
 
 
 def test_no_file_of_the_page_is_long() -> None:

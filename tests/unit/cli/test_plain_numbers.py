@@ -7,7 +7,7 @@ import argparse
 import pytest
 
 from rosproto.cli.options import finite, to_float, to_int
-from tests.support.options import places
+from tests.support.options import arguments_of, places
 
 ODD = [
     "1_0",
@@ -57,7 +57,7 @@ def numbers() -> list[tuple[str, argparse.Action]]:
     found = []
     for prog in ("rosproto", "woosh"):
         for path, parser in places(prog):
-            for action in parser._actions:
+            for action in arguments_of(parser):
                 if isinstance(action.type, type) and issubclass(action.type, (int, float)):
                     found.append((path, action))
                 elif callable(action.type):

@@ -11,7 +11,7 @@ import io
 
 import pytest
 
-from tests.support.options import places, run
+from tests.support.options import arguments_of, places, run
 from tests.support.ports import unused_port
 from tests.unit.cli.test_plain_numbers import NUMBERS
 
@@ -79,7 +79,7 @@ def parsed(parser: argparse.ArgumentParser, action: argparse.Action, text: str) 
     if action.option_strings and len(several) > 1:
         words = [action.option_strings[-1], *several]
     if not action.option_strings:
-        before = [one for one in parser._actions if not one.option_strings]
+        before = [one for one in arguments_of(parser) if not one.option_strings]
         words = [*("1" for _ in before[: before.index(action)]), text]
     err, code = io.StringIO(), 0
     with contextlib.redirect_stderr(err):
