@@ -47,6 +47,7 @@ class MarkFile:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self._marks: dict[str, UserMark] = {}
+        self._texts: dict[str, tuple[UserMark, str]] = {}  # as last saved: others are formatted again
         self._read: tuple[int, int] | None = None
         self.refresh()
 
@@ -151,10 +152,13 @@ class MarkFile:
     def keep(self, marks: Iterable[UserMark]) -> None:
         """Replace all marks in the file; nothing changes if writing fails."""
         kept = {mark.name: mark for mark in marks}
-        entries = {mark.name: _entry(mark) for mark in kept.values()}
-        text = json.dumps(entries, indent=2, ensure_ascii=False, sort_keys=True) + "\n"
-        save_file(self.path, text.encode())
-        self._marks, self._read = kept, self._stamp()
+        before, texts = self._texts, {}
+        for name in sorted(kept):
+            known, mark = before.get(name), kept[name]
+            texts[name] = known if known is not None and known[0] is mark else (mark, _text(mark))
+        text = ",\n".join(each for _, each in texts.values())
+        save_file(self.path, (f"{{\n{text}\n}}\n" if text else "{}\n").encode())
+        self._marks, self._texts, self._read = kept, texts, self._stamp()
 
 
 def _mark(name: str, entry: dict[str, object]) -> UserMark:
@@ -164,6 +168,12 @@ def _mark(name: str, entry: dict[str, object]) -> UserMark:
         return UserMark(name, None, note, charger, on_chassis)
     x, y, yaw = (float(str(entry.get(key, 0.0))) for key in ("x", "y", "yaw"))
     return UserMark(name, Pose2D(x, y, yaw).require_finite(), note, charger, on_chassis)
+
+
+def _text(mark: UserMark) -> str:
+    """The lines of a mark in the file."""
+    text = json.dumps({mark.name: _entry(mark)}, indent=2, ensure_ascii=False, sort_keys=True)
+    return text.removeprefix("{\n").removesuffix("\n}")
 
 
 def _entry(mark: UserMark) -> dict[str, object]:

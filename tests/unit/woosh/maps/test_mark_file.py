@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
@@ -49,3 +50,22 @@ def test_a_list_that_cannot_be_written_is_as_before(tmp_path: Path) -> None:
     with pytest.raises(OSError):
         marks.keep([UserMark("A")])
     assert len(marks) == 0
+
+
+def test_each_save_writes_all_marks_in_the_layout_of_json(tmp_path: Path) -> None:
+    """Marks that did not change are not formatted again, and the file looks the same."""
+    marks = MarkFile(tmp_path / "marks.json")
+    for change in (
+        lambda: marks.put("b", Pose2D(1.0, 2.0, 0.5), 'a "quoted"\nnote'),
+        lambda: marks.put("仓库", Pose2D(1.0, 2.0), on_chassis=False),
+        lambda: marks.put("a"),
+        lambda: marks.put("b", Pose2D(3.0, 2.0, 0.5)),
+        lambda: marks.remove("a"),
+        lambda: [marks.remove(name) for name in marks.names],
+    ):
+        change()
+        marks.save()
+        text = marks.path.read_text(encoding="utf-8")
+        assert text == json.dumps(json.loads(text), indent=2, ensure_ascii=False, sort_keys=True) + "\n"
+        assert list(MarkFile(marks.path)) == sorted(marks, key=lambda mark: mark.name)
+    assert text == "{}\n"
