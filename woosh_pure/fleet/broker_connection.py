@@ -25,7 +25,6 @@ cannot use this connection, and a warning is logged.
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 import os
 import socket
@@ -43,7 +42,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import Backoff
 from woosh_pure.fleet.config import Broker
-from woosh_pure.fleet.messages.parsing import MAX_MESSAGE_BYTES
+from woosh_pure.fleet.messages.parsing import MAX_MESSAGE_BYTES, compact_json
 
 if TYPE_CHECKING:
     import paho.mqtt.client as mqtt
@@ -134,7 +133,7 @@ class BrokerConnection:
         client = self._client
         if client is None or not self.connected.is_set():
             return False
-        text = message if isinstance(message, str) else json.dumps(message, separators=(",", ":"))
+        text = message if isinstance(message, str) else compact_json(message)
         payload = text.encode()
         with self._lock:
             has_room = self._has_room(len(payload))
@@ -180,7 +179,7 @@ class BrokerConnection:
         if client is None:
             return
         if self.connected.is_set():
-            text = json.dumps(self._connection("OFFLINE"))
+            text = compact_json(self._connection("OFFLINE"))
             try:
                 client.publish(f"{self.prefix}/connection", text, qos=1, retain=True).wait_for_publish(
                     timeout
@@ -243,7 +242,7 @@ class BrokerConnection:
 
     def _on_pre_connect(self, client: mqtt.Client, data: object) -> None:
         self._refused, self._since = "", math.inf
-        will = json.dumps(self._connection("CONNECTIONBROKEN"))
+        will = compact_json(self._connection("CONNECTIONBROKEN"))
         client.will_set(f"{self.prefix}/connection", will, qos=1, retain=True)
         if self._context is not None:
             try:

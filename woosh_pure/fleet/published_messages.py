@@ -4,7 +4,6 @@ the header of each.
 
 from __future__ import annotations
 
-import json
 import operator
 import threading
 import time
@@ -17,7 +16,7 @@ from woosh_pure.fleet.chassis_facts import ChassisFacts
 from woosh_pure.fleet.config import VehicleConfig
 from woosh_pure.fleet.messages import elements, parsing
 from woosh_pure.fleet.messages.elements import Edge, Node
-from woosh_pure.fleet.messages.parsing import timestamp
+from woosh_pure.fleet.messages.parsing import compact_json, timestamp
 from woosh_pure.fleet.order.action_states import BUILT_IN, ActionState, SupportedAction
 from woosh_pure.fleet.order.errors import ErrorType, Level, Problem
 from woosh_pure.fleet.order.state import OrderState
@@ -59,10 +58,6 @@ class MessageHeaders:
 T = TypeVar("T")
 
 
-def _json(data: Mapping[str, object]) -> str:
-    return json.dumps(data, separators=(",", ":"))
-
-
 class _Texts(Generic[T]):
     """The JSON texts of a list, which differs little from one message to the next: elements of an order have
     gone in front, or an action has changed. What was in the last message is not formatted again."""
@@ -78,12 +73,14 @@ class _Texts(Generic[T]):
         gone = len(before) - len(elements)
         if gone >= 0 and before[gone:] == elements:
             texts = texts[gone:]
+        elif gone < 0 and elements[:gone] == before:
+            texts = [*texts, *(compact_json(self._describe(each)) for each in elements[gone:])]
         elif gone == 0:
             for n in compress(range(len(elements)), map(operator.is_not, before, elements)):
-                texts[n] = _json(self._describe(elements[n]))
+                texts[n] = compact_json(self._describe(elements[n]))
         else:
             known = dict(zip(map(id, before), texts, strict=True))
-            texts = [known.get(id(each)) or _json(self._describe(each)) for each in elements]
+            texts = [known.get(id(each)) or compact_json(self._describe(each)) for each in elements]
         self._elements, self._texts = elements, texts
         return texts
 
@@ -142,14 +139,14 @@ class StateMessages:
         """The next state message, as JSON."""
         edges, trajectory = self._edges.of(order.edges), _trajectory(order, facts)
         if trajectory:
-            edges = [_json(_edge_state(order.edges[0]) | trajectory), *edges[1:]]
+            edges = [compact_json(_edge_state(order.edges[0]) | trajectory), *edges[1:]]
         lists = {
             "nodeStates": self._nodes.of(order.nodes),
             "edgeStates": edges,
             "actionStates": self._actions.of(order.action_states.all),
         }
         listed = ",".join(f'"{key}":[{",".join(texts)}]' for key, texts in lists.items())
-        return f"{_json(_state_fields(order, facts, header, self._version))[:-1]},{listed}}}"
+        return f"{compact_json(_state_fields(order, facts, header, self._version))[:-1]},{listed}}}"
 
 
 def _state_fields(

@@ -28,12 +28,13 @@ from rosproto.files import replace_file, save_file
 from rosproto.logs import get_logger
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.messages.parsing import timestamp
+from woosh_pure.fleet.messages.parsing import compact_json, timestamp
 
 _log = get_logger("woosh_pure.fleet.state_file")
 MIN_CHANGES = 64 << 10
 """Bytes of changes after which the file is replaced, if they are more than the state before them."""
 _LOCK = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0)
+_APPEND = os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
 
 if sys.platform == "win32":
     import msvcrt
@@ -163,19 +164,23 @@ class Store:
 
     def _append(self, line: bytes, size: int) -> bool:
         """Add a line to the file; False if that has not this size."""
-        if not self.path.exists():
+        try:
+            opened = os.open(self.path, _APPEND)
+        except FileNotFoundError:
             return False
-        with open(self.path, "rb+", buffering=0) as file:
-            if file.seek(0, os.SEEK_END) != size:
+        try:
+            if os.fstat(opened).st_size != size:
                 return False
-            if file.write(line) != len(line):
+            if os.write(opened, line) != len(line):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(self.path))
-            os.fsync(file.fileno())
+            os.fsync(opened)
+        finally:
+            os.close(opened)
         return True
 
 
 def _line(data: Mapping[str, object]) -> bytes:
-    return json.dumps(data, separators=(",", ":")).encode() + b"\n"
+    return compact_json(data).encode() + b"\n"
 
 
 # -- the reports of logReport --------------------------------------------------------------------------------

@@ -70,6 +70,27 @@ def test_a_state_tells_order_actions_and_chassis() -> None:
     json.dumps(found, allow_nan=False)
 
 
+def test_texts_of_earlier_messages_are_used_again_and_change_nothing() -> None:
+    """Nodes go, actions change, come behind and come beside each other: each message is as a first one."""
+    vehicle, messages = PureVehicle(), StateMessages("2.1.0")
+
+    def same() -> bool:
+        given = vehicle.state, facts(), HEADER
+        return messages.text(*given) == StateMessages("2.1.0").text(*given)
+
+    vehicle.order(nodes="abc", released=2, node_actions={"b": [action("x")]})
+    assert same()
+    vehicle.instant(action("i"))
+    assert same()
+    vehicle.instant(action("j"), action("k"))
+    assert same()
+    vehicle.finish("j")
+    vehicle.arrive()
+    assert same()
+    vehicle.order(update=1, nodes="bcd", first=2, node_actions={"c": [action("y")]})
+    assert same()
+
+
 @pytest.mark.parametrize("version", ["2.0.0", "2.1.0"])
 def test_the_planned_path_is_the_trajectory_of_the_edge_that_is_driven(version: str) -> None:
     """A NURBS of degree 1 through its corners; not the path of the drive before, nor one while nothing drives."""

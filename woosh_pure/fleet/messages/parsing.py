@@ -25,6 +25,8 @@ from woosh_pure.fleet.messages.elements import ACTION, NODE, Action, Edge, Heade
 MAX_MESSAGE_BYTES = 1_000_000
 """Largest message; `msgLen` of the factsheet."""
 T = TypeVar("T")
+compact_json = json.JSONEncoder(separators=(",", ":")).encode
+"""JSON without blanks; one encoder for all, because `json.dumps` makes one for each such text."""
 
 
 class Invalid(ValueError):

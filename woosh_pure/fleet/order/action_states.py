@@ -201,7 +201,8 @@ class ActionStates:
         all_states = tuple(states)
         by_place: dict[tuple[Scope, int], list[int]] = {}
         for n, each in enumerate(all_states):
-            by_place.setdefault((each.scope, each.sequence), []).append(n)
+            if each.of_order:
+                by_place.setdefault((each.scope, each.sequence), []).append(n)
         unfinished = [each for each in all_states if not each.status.final]
         return cls(
             all_states,
@@ -210,6 +211,15 @@ class ActionStates:
             sum(each.of_order for each in unfinished),
             {each.action.id: n for n, each in enumerate(all_states)},
             by_place,
+        )
+
+    def with_instant(self, new: ActionState) -> ActionStates:
+        """A copy with one more instant action, which has not ended."""
+        return replace(
+            self,
+            all=(*self.all, new),
+            open_instant=(*self.open_instant, new),
+            _by_id={**self._by_id, new.action.id: len(self.all)},
         )
 
     def with_state(self, new: ActionState) -> ActionStates:

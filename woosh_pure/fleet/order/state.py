@@ -120,7 +120,11 @@ class OrderState(NamedTuple):
     @property
     def kept(self) -> tuple[object, ...]:
         """The part that must survive the process: the state is saved when it changes."""
-        return (*self._fields_kept().values(), self.nodes, self.edges, self.action_states)
+        return (
+            self.order_id, self.update, self.last_node, self.last_sequence, self.problems.of_orders,
+            self.paused, self.phase is not OrderPhase.OPEN, self.ending, self.cancels, self.may_be_moved,
+            self.on_edge, self.nodes, self.edges, self.action_states,
+        )  # fmt: skip
 
     @property
     def shown(self) -> tuple[object, ...]:
@@ -233,19 +237,18 @@ class OrderState(NamedTuple):
 
     def to_json(self) -> dict[str, object]:
         """The part that must survive the process, as a JSON object."""
-        fields = self._fields_kept()
-        fields["problems"] = [problem.to_json() for problem in self.problems.of_orders]
-        fields["nodes"] = [node.to_json() for node in self.nodes]
-        fields["edges"] = [edge.to_json() for edge in self.edges]
-        return {**fields, "records": [each.to_json() for each in self.action_states]}
+        return {
+            **_as_json(dict(zip(_KEPT, self.kept, strict=False))),
+            "nodes": [node.to_json() for node in self.nodes],
+            "edges": [edge.to_json() for edge in self.edges],
+            "records": [each.to_json() for each in self.action_states],
+        }
 
     def change_since(self, saved: OrderState) -> dict[str, object]:
         """What has changed since an earlier state was saved, as a JSON object for `changed`. Its size is that
         of the change, not that of the order."""
-        before = saved._fields_kept()
-        change = {key: value for key, value in self._fields_kept().items() if value != before[key]}
-        if "problems" in change:
-            change["problems"] = [problem.to_json() for problem in self.problems.of_orders]
+        fields = zip(_KEPT, self.kept, saved.kept, strict=False)
+        change = _as_json({key: value for key, value, before in fields if value != before})
         if self.nodes is not saved.nodes:
             change["nodes"] = _list_change(saved.nodes, self.nodes)
         if self.edges is not saved.edges:
@@ -261,14 +264,20 @@ class OrderState(NamedTuple):
             ]
         return change
 
-    def _fields_kept(self) -> dict[str, object]:
-        """The part that must survive the process, except nodes, edges and actions."""
-        return {
-            "orderId": self.order_id, "orderUpdateId": self.update, "lastNodeId": self.last_node,
-            "lastNodeSequenceId": self.last_sequence, "problems": self.problems.of_orders,
-            "paused": self.paused, "closed": self.phase is not OrderPhase.OPEN, "ending": self.ending,
-            "cancels": list(self.cancels), "driving": self.may_be_moved, "onEdge": self.on_edge,
-        }  # fmt: skip
+
+_KEPT = (
+    "orderId", "orderUpdateId", "lastNodeId", "lastNodeSequenceId", "problems", "paused", "closed", "ending",
+    "cancels", "driving", "onEdge",
+)  # fmt: skip
+"""The names of the first values of `OrderState.kept` on disk; nodes, edges and actions follow."""
+
+
+def _as_json(fields: dict[str, Any]) -> dict[str, object]:
+    if "problems" in fields:
+        fields["problems"] = [problem.to_json() for problem in fields["problems"]]
+    if "cancels" in fields:
+        fields["cancels"] = list(fields["cancels"])
+    return fields
 
 
 def _list_change(before: Sequence[Node | Edge], after: Sequence[Node | Edge]) -> list[object]:

@@ -268,7 +268,14 @@ class Transition:
         """Add an instant action, WAITING."""
         supported = self.state.limits.actions.get(action.type)
         added = ActionState(action, Scope.INSTANT, 0, effective_blocking(action, supported))
-        self._set_actions((*self.state.action_states, added))
+        known = self.state.action_states
+        if action.type in _REQUESTS or len(known) >= MAX_ACTION_STATES:  # others may have to go
+            self._set_actions((*known, added))
+        else:
+            self.update(
+                action_states=known.with_instant(added),
+                actions_to_save=self.state.actions_to_save | {action.id},
+            )
         return added
 
     def start_built_in(self, built_in: ActionState) -> None:

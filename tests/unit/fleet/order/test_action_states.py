@@ -6,6 +6,7 @@ import pytest
 
 from tests.support.fleet import PureVehicle, action
 from tests.support.fleet_orders import kinds
+from woosh_pure.fleet.order.action_states import ActionStates
 
 
 def test_actions_of_a_node_begin_in_their_order_by_blocking_type(vehicle: PureVehicle) -> None:
@@ -211,3 +212,35 @@ def test_a_message_that_comes_twice_is_no_mistake(vehicle: PureVehicle) -> None:
     assert kinds(vehicle) == []
     vehicle.stop()
     assert vehicle.status("x") == "FINISHED"
+
+
+def test_instant_actions_beside_an_order_are_found_as_if_all_had_come_together(vehicle: PureVehicle) -> None:
+    """One more action adds to what is known of the others; it is not made again of all of them."""
+    vehicle.order(node_actions={"a": [action("n")], "b": [action("m", blocking="HARD")]})
+    for n in range(5):
+        vehicle.instant(action(f"i{n}"))
+        if n % 2:
+            vehicle.finish(f"i{n}")
+        states = vehicle.state.action_states
+        made = ActionStates.of(states)
+        assert [each.action.id for each in states] == ["n", "m", *(f"i{k}" for k in range(n + 1))]
+        for each in states:
+            assert states.get(each.action.id) is made.get(each.action.id) is each
+        assert (states.ids(), states.open_instant) == (made.ids(), made.open_instant)
+        assert (set(map(id, states.running)), states.open_of_order) == (set(map(id, made.running)), 2)
+        assert states.in_order(["i0", "n"]) == made.in_order(["i0", "n"])
+
+
+def test_no_more_action_states_are_kept_than_are_allowed(
+    vehicle: PureVehicle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The oldest that have ended are forgotten, also beside an order and without a new one."""
+    monkeypatch.setattr("woosh_pure.fleet.order.transition.MAX_ACTION_STATES", 10)
+    vehicle.order(nodes="ab", node_actions={"b": [action("n")]})
+    for n in range(25):
+        vehicle.instant(action(f"i{n}"))
+        vehicle.finish(f"i{n}")
+    assert [each.action.id for each in vehicle.state.action_states] == [
+        "n",
+        *(f"i{n}" for n in range(16, 25)),
+    ]
