@@ -7,6 +7,7 @@ Which names an admitted client may read and write is decided by `rosproto.gatewa
 from __future__ import annotations
 
 from rosproto.admission.policy import (
+    MAX_CLIENTS,
     MIN_TOKEN,
     AdmissionPolicy,
     AdmissionRefusal,
@@ -21,6 +22,7 @@ from rosproto.transport.connection_slots import ConnectionSlots, Key
 
 __all__ = [
     "MAX_ADDRESSES",
+    "MAX_CLIENTS",
     "MIN_TOKEN",
     "AddressBuckets",
     "AdmissionPolicy",

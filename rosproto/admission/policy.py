@@ -21,6 +21,8 @@ from rosproto.sentence import say
 from rosproto.transport.uri import is_loopback, is_numeric
 
 MIN_TOKEN = 8
+MAX_CLIENTS = 64
+"""Clients of a server at a time, unless it is told otherwise."""
 Header = Callable[[str], Sequence[str]]
 """Returns all values of the header with this name."""
 

@@ -36,8 +36,10 @@ from rosproto.cli.exit_codes import (
     say,
 )
 from rosproto.cli.gateway import (
+    add_max_clients,
     add_server_options,
     announced,
+    require_open_files,
     server_options,
     serving,
     shown_token,
@@ -83,6 +85,7 @@ __all__ = [
     "Task",
     "WrongUse",
     "add_completion_arguments",
+    "add_max_clients",
     "add_output_options",
     "add_server_options",
     "add_token",
@@ -113,6 +116,7 @@ __all__ = [
     "port",
     "positive",
     "recorder_options",
+    "require_open_files",
     "run_command",
     "say",
     "seconds",

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", "Foxglove", "Rosbridge")
 TOKEN_VARIABLE = "ROSPROTO_TOKEN"
-SPARE_FILES = 200  # for the graph, beside the clients
+SPARE_FILES = 200  # for the graph, beside the clients and the connections that are not admitted yet
 STEP = 0.5  # s; Windows delivers no Ctrl-C during an endless wait
 WEB, DESKTOP = "https://app.foxglove.dev", "file://"
 """Foxglove's own page, and what desktop programs say: they may connect, as this command is run for them.
@@ -212,13 +212,7 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
         metavar="NAME",
         help="a name by which clients may reach this server, besides localhost and addresses",
     )
-    parser.add_argument(
-        "--max-clients",
-        type=count,
-        default=64,
-        metavar="N",
-        help="maximum number of clients (default: 64); the more, the shorter the queue of each",
-    )
+    add_max_clients(parser)
     parser.add_argument("--allow", action="append", metavar="PATTERN", help="show only these names")
     parser.add_argument("--deny", action="append", default=[], metavar="PATTERN", help="but not these")
     parser.add_argument(
@@ -243,6 +237,38 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
     parser.add_argument(
         "--for", dest="seconds", type=seconds, metavar="S", help="end after this many seconds"
     )
+
+
+def add_max_clients(parser: argparse.ArgumentParser) -> None:
+    """Add --max-clients, of every server; see `require_open_files`."""
+    from rosproto.admission import MAX_CLIENTS
+
+    parser.add_argument(
+        "--max-clients",
+        type=count,
+        default=MAX_CLIENTS,
+        metavar="N",
+        help=f"maximum number of clients (default: {MAX_CLIENTS})",
+    )
+
+
+def require_open_files(clients: int) -> None:
+    """Check that the process may open as many files as this number of clients needs.
+
+    Raises:
+        CommandError: It may not, and there are more clients than usual.
+    """
+    from rosproto.admission import MAX_CLIENTS
+    from rosproto.transport.os_errors import allow_open_files, open_file_limit
+
+    files = clients + MAX_CLIENTS + SPARE_FILES
+    allow_open_files(max(4096, files))
+    allowed = open_file_limit()
+    if clients > MAX_CLIENTS and allowed is not None and allowed < files:
+        raise CommandError(
+            f"--max-clients {clients} needs {files} open files, and the system allows {allowed}: "
+            f"allow more with `ulimit -n {files}`, or give a smaller number"
+        )
 
 
 def add_server_options(parser: argparse.ArgumentParser) -> None:
@@ -320,17 +346,9 @@ def limits_of(message_bytes: int | None, clients: int) -> GatewayLimits:
         CommandError: The system allows fewer open files.
     """
     from rosproto.gateway import GatewayLimits
-    from rosproto.transport.os_errors import allow_open_files, open_file_limit
 
+    require_open_files(clients)
     usual = GatewayLimits()
-    files = clients + usual.pending_handshakes + SPARE_FILES
-    allow_open_files(max(4096, files))
-    allowed = open_file_limit()
-    if clients > usual.connections and allowed is not None and allowed < files:
-        raise CommandError(
-            f"--max-clients {clients} needs {files} open files, and the system allows {allowed}: "
-            f"allow more with `ulimit -n {files}`, or give a smaller number"
-        )
     share = min(1.0, usual.connections / clients)
     return usual._replace(
         connections=clients,

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from rosproto.admission import MAX_CLIENTS
+
 READER_BYTES = 64 << 10
 """The longest message, in bytes, where nothing may be written."""
 
@@ -40,7 +42,7 @@ class GatewayLimits(NamedTuple):
         linger_seconds: Time that a topic stays subscribed after its last client has left.
     """
 
-    connections: int = 64
+    connections: int = MAX_CLIENTS
     pending_handshakes: int = 64
     handshake_seconds: float = 5.0
     silence_seconds: float = 20.0

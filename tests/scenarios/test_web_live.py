@@ -29,7 +29,6 @@ from woosh_pure import Chassis, SimulatedChassis, interface
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.web import server
-from woosh_pure.web.api import session
 from woosh_pure.web.camera import COSTMAP as COSTMAP_ROW
 from woosh_pure.web.live import deadman, frame_pacing, page_driving, viewer
 from woosh_pure.web.live.frames import CAMERA, COSTMAP, PART, SCAN
@@ -266,7 +265,7 @@ def test_a_robot_that_is_not_there_is_told(web: Served) -> None:
 
 @pytest.mark.promise("200 goals and 20 bags are kept")
 def test_more_pages_than_are_shown_are_told(web: Served, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(session, "MAX_VIEWERS", 1)
+    monkeypatch.setattr(web.app.state.context, "max_viewers", 1)
     with PageClient(web.port) as first:
         first.of("hello")
         with PageClient(web.port) as second:

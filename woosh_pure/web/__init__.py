@@ -13,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rosproto.admission import MAX_CLIENTS
 from woosh_pure.web.access import AccessRules
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def app(
     name: str | None = None,
     marks: Iterable[NamedPlace] | Mapping[str, Iterable[NamedPlace]] = (),
     recordings: str | Path | None = None,
+    max_clients: int = MAX_CLIENTS,
 ) -> FastAPI:
     """Return the page and the API of one or more robots as an ASGI application to serve or to mount.
 
@@ -52,6 +54,7 @@ def app(
             change, or any objects with `name` and `pose`; changes of those last as long as the application.
             The chassis cannot list its own. With several robots, a mapping from robot name to marks.
         recordings: Folder for recorded bags. With None, the first recording creates a temporary folder.
+        max_clients: The most pages that show the robots at a time.
 
     Raises:
         ImportError: The extra `web` is not installed.
@@ -88,7 +91,8 @@ def app(
             own.mkdir(exist_ok=True)
         own_marks = of_all or MarkList(marks.get(each, ()) if isinstance(marks, Mapping) else ())
         made[each] = Robot(each, one, marks=own_marks, recordings=own)
-    return build(WebContext(made, access, allow_driving=allow_driving), origins=origins)
+    context = WebContext(made, access, allow_driving=allow_driving, max_viewers=max_clients)
+    return build(context, origins=origins)
 
 
 def close(app: FastAPI, why: str = "the server is shutting down") -> None:

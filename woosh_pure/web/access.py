@@ -85,7 +85,8 @@ def _key_of(token: str) -> bytes:
 
 # -- clients: pages with sessions, and programs --------------------------------------------------------------
 
-MAX_SESSIONS = 256
+LEFT_SESSIONS = 192
+"""Sessions of pages that are not connected, at least."""
 KEPT_SECONDS = 60.0
 """Seconds for which a page can resume its session after its connection has ended."""
 
@@ -114,7 +115,8 @@ class Client:
 class Clients:
     """The sessions of pages, by their secret. At the limit, the longest disconnected one is deleted."""
 
-    def __init__(self) -> None:
+    def __init__(self, max_sessions: int) -> None:
+        self._max_sessions = max_sessions
         self._lock = threading.Lock()
         self._numbers = itertools.count(1)
         self._known: OrderedDict[str, Client] = OrderedDict()
@@ -131,7 +133,7 @@ class Clients:
             if client is not None:
                 replaced, client.replaced = client.replaced, None
             else:
-                if len(self._known) >= MAX_SESSIONS:
+                if len(self._known) >= self._max_sessions:
                     return None
                 address = printable(address)[:60]
                 name = f"page {next(self._numbers)} at {address}"
@@ -167,7 +169,7 @@ class Clients:
         ]
         for session in gone:
             del self._known[session]
-        while len(self._known) >= MAX_SESSIONS:
+        while len(self._known) >= self._max_sessions:
             away = next((p.session for p in self._known.values() if not p.connected), None)
             if away is None:
                 return

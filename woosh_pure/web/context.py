@@ -7,14 +7,15 @@ from collections.abc import Mapping
 from rosproto.admission import ConnectionSlots
 from rosproto.aio import Pool
 from woosh_pure.lease import DEFAULT_SECONDS
-from woosh_pure.web.access import AccessRules, Clients
+from woosh_pure.web.access import LEFT_SESSIONS, AccessRules, Clients
 from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live.hub import Hub
 from woosh_pure.web.robot import Robot
 
-MAX_CONNECTIONS, RESERVED_CONNECTIONS, MAX_PER_ADDRESS = 256, 64, 64
-"""All connections; those reserved for known addresses; and how many an unknown address can have."""
+OTHER_CONNECTIONS, RESERVED_CONNECTIONS, MAX_PER_ADDRESS = 192, 64, 64
+"""Connections besides those of viewers; those reserved for known addresses; and how many an unknown address
+can have."""
 SILENT_SECONDS = 10.0
 """Seconds allowed before the first request, and between requests."""
 
@@ -30,15 +31,19 @@ class WebContext:
         slots: The slots for connections. Unused if the application is mounted in another server.
         drives, reads: Threads for each of these purposes.
         hubs: The hub of each robot, by its name.
+        max_viewers: The most viewers at a time.
         streams, viewers: Numbers of open ones.
         closed: True once the server is ending.
     """
 
-    def __init__(self, robots: Mapping[str, Robot], access: AccessRules, *, allow_driving: bool) -> None:
+    def __init__(
+        self, robots: Mapping[str, Robot], access: AccessRules, *, allow_driving: bool, max_viewers: int
+    ) -> None:
         self.robots, self.access, self.allow_driving = dict(robots), access, allow_driving
-        self.clients = Clients()
+        self.max_viewers = max_viewers
+        self.clients = Clients(max_viewers + LEFT_SESSIONS)
         self.slots = ConnectionSlots(
-            MAX_CONNECTIONS,
+            max_viewers + OTHER_CONNECTIONS,
             reserved=RESERVED_CONNECTIONS,
             max_per_address=MAX_PER_ADDRESS,
             max_silence=SILENT_SECONDS,

@@ -10,10 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from rosproto.cli import CommandError, add_token, host, never_wait_for_stdout, port, token_of
+from rosproto.cli import (
+    CommandError,
+    add_max_clients,
+    add_token,
+    host,
+    never_wait_for_stdout,
+    port,
+    require_open_files,
+    token_of,
+)
 from rosproto.errors import RosError
 from rosproto.sentence import say
-from rosproto.transport import allow_open_files
 from woosh_pure.cli.arguments import add_watchdog, each_chassis, marks_here, named_host
 from woosh_pure.cli.connection import connect, reaching, watchdog_of
 from woosh_pure.cli.output import Output
@@ -62,12 +70,13 @@ def add_web(parser: ArgumentParser) -> None:
     marks = "list of marks (default: that of `woosh marks`)"
     parser.add_argument("--marks", type=Path, metavar="FILE", help=marks)
     parser.add_argument("--recordings", type=Path, metavar="FOLDER", help="folder for bags (a temporary one)")
+    add_max_clients(parser)
     add_watchdog(parser)
 
 
 def run_web(args: Namespace, out: Output) -> int:
     never_wait_for_stdout()
-    allow_open_files(4096)
+    require_open_files(args.max_clients)
     from woosh_pure import web
     from woosh_pure.web.optional_libraries import require
     from woosh_pure.web.server import WebServer
@@ -99,6 +108,7 @@ def run_web(args: Namespace, out: Output) -> int:
             hosts=[*args.host_name, args.bind],
             marks=_marks(args, out),
             recordings=args.recordings,
+            max_clients=args.max_clients,
         )
         try:
             server = WebServer(

@@ -67,7 +67,6 @@ def _path(request: Request) -> str:
 # -- the WebSocket of the page -------------------------------------------------------------------------------
 
 viewers = APIRouter()
-MAX_VIEWERS = 64
 
 
 @viewers.websocket("/live")
@@ -80,8 +79,8 @@ async def live(socket: WebSocket) -> None:
         await _refuse(socket, 4404, problem.text)
         return
     address = socket.client.host if socket.client else "an unknown address"
-    if context.viewers >= MAX_VIEWERS:
-        await _refuse(socket, 4429, f"{MAX_VIEWERS} look already; close a page first")
+    if context.viewers >= context.max_viewers:
+        await _refuse(socket, 4429, f"{context.max_viewers} look already; close a page first")
         return
     client = context.clients.connect(address, socket.query_params.get("session", "")[:100])
     if client is None:

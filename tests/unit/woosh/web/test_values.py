@@ -23,7 +23,7 @@ from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark
 from woosh_pure.readiness.readiness_state import assess
 from woosh_pure.reasons import Readiness, Reason
-from woosh_pure.web.access import MAX_SESSIONS, Clients
+from woosh_pure.web.access import Clients
 from woosh_pure.web.goals import Journal, command
 from woosh_pure.web.http_errors import Problem, problem_of
 from woosh_pure.web.live.frames import MAX_CELLS, MAX_RANGES, PART, camera_frame, costmap_frames, scan_frame
@@ -198,7 +198,7 @@ def test_what_somebody_puts_into_the_journal_is_one_short_line() -> None:
 
 
 def test_sessions_are_secret_different_and_can_be_taken_up_again() -> None:
-    clients = Clients()
+    clients = Clients(256)
     anna, bert = clients.connect("10.0.0.1"), clients.connect("10.0.0.1")
     assert anna is not None
     assert bert is not None
@@ -210,7 +210,7 @@ def test_sessions_are_secret_different_and_can_be_taken_up_again() -> None:
 
 def test_who_resumes_a_session_replaces_its_connection() -> None:
     """Once: the next one replaces the second connection, and a connection that has ended needs no replacing."""
-    clients, replaced = Clients(), []
+    clients, replaced = Clients(256), []
     anna = clients.connect("10.0.0.1")
     assert anna is not None
     for number in (1, 2):
@@ -225,8 +225,8 @@ def test_who_resumes_a_session_replaces_its_connection() -> None:
 
 @pytest.mark.promise("200 goals and 20 bags are kept")
 def test_sessions_have_a_bound_and_those_that_went_first_make_room() -> None:
-    clients = Clients()
-    here = [clients.connect("a") for _ in range(MAX_SESSIONS)]
+    clients = Clients(256)
+    here = [clients.connect("a") for _ in range(256)]
     assert clients.connect("a") is None
     assert here[5] is not None
     clients.disconnect(here[5])
