@@ -260,7 +260,8 @@ def read_index_times(
     if not info.indexed or info.partial:
         return None
     try:
-        head = read_head(source, info.pos)
+        head = _chunk_head(source, info.pos)
+        ChunkHeader.from_fields(head.fields)
         start = head.data_pos + head.data_size
         raw = source.read_at(start, info.pos + span - start)
         times = [np.zeros(0, np.int64)]

@@ -284,6 +284,17 @@ class BagReader:
         """Times from the chunk's index records; None if there are no usable ones."""
         return read_index_times(self._source, info, self._spans[info.pos], wanted)
 
+    def index_damage(self) -> list[str]:
+        """Return a sentence for each chunk whose header or index records are damaged.
+
+        Its messages are often read all the same; rosbag does not open such a bag.
+        """
+        return [
+            f"the index records of the chunk at byte {info.pos} are damaged: rosbag does not open such a bag"
+            for info in self.chunks
+            if info.indexed and not info.partial and self._index_times(info, info.counts) is None
+        ]
+
     def frequency(self, topic: str, *, step: Callable[[], None] | None = None) -> float | None:
         """Messages per second: one over the median interval, as in rosbag; None below two messages.
 
@@ -294,7 +305,8 @@ class BagReader:
         times = self.times(topic, step=step)
         if len(times) < 2:
             return None
-        period = float(np.median(np.diff(times))) / NS
+        stamps = times // NS + times % NS / NS  # float seconds, as by rosbag
+        period = float(np.median(np.diff(stamps)))
         return 1.0 / period if period > 0 else None
 
     def compression(self, *, step: Callable[[], None] | None = None) -> dict[str, Compression]:

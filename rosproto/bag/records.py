@@ -230,8 +230,9 @@ class ChunkHeader:
     @staticmethod
     def from_fields(fields: Mapping[str, bytes]) -> ChunkHeader:
         """Decode; BagError when a field is missing."""
-        compression = fields.get("compression", b"").decode("latin-1")
-        return ChunkHeader(compression, _number(fields, "size", _U32))
+        if "compression" not in fields:
+            raise BagError("a chunk record names no compression; the file is damaged here")
+        return ChunkHeader(fields["compression"].decode("latin-1"), _number(fields, "size", _U32))
 
     def encode(self, data_bytes: int) -> bytes:
         """The record up to its data, of which `data_bytes` follow."""

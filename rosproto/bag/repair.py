@@ -63,6 +63,8 @@ def reindex(path: File, *, scanning: Scanning | None = None) -> Report:
     finally:
         source.close()
     if found.closed and not found.damage:
+        with BagReader(path) as bag:
+            _refuse(bag.index_damage(), path)
         return Report(sum(sum(c.counts.values()) for c in found.chunks), ())
     whole = _whole_chunks(found, path)
     rest, compression = _messages_after(path, found, len(whole))
@@ -82,12 +84,18 @@ def _whole_chunks(found: BagIndex, path: File) -> list[ChunkInfo]:
     """The complete, indexed chunks; all of them must come before any other chunk."""
     whole = [chunk for chunk in found.chunks if chunk.indexed and not chunk.partial]
     if found.resumed or whole != found.chunks[: len(whole)]:
+        _refuse(found.damage, path)
+    return whole
+
+
+def _refuse(damage: list[str], path: File) -> None:
+    """Raise an error if there is damage that an index at the end does not mend."""
+    if damage:
         raise BagError(
-            f"damaged before its end ({'; '.join(found.damage)}); `rosproto bag fix` "
+            f"damaged before its end ({'; '.join(damage)}); `rosproto bag fix` "
             "writes what can be read into a new bag",
             path=_name(path),
         )
-    return whole
 
 
 def _messages_after(

@@ -153,7 +153,7 @@ def problems_of(bag: BagReader, *, quiet: bool = True) -> list[str]:
             f"{bag.connections[number].topic}: {counted(count, 'message')} cannot be decoded, "
             f"the first: {first[number]}"
         )
-    return [*bag.damage, *problems]
+    return [*bag.damage, *bag.index_damage(), *problems]
 
 
 def _class_of(bag: BagReader, number: int, problems: list[str]) -> type[Message] | None:

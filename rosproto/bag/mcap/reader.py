@@ -53,6 +53,9 @@ class McapReader(BagReader):
     def _index_times(self, info: ChunkInfo, wanted: Collection[int]) -> NDArray[np.int64] | None:
         return None  # from the messages themselves
 
+    def index_damage(self) -> list[str]:
+        return []  # an MCAP file is read without its index records
+
     def _compression_of(self, info: ChunkInfo) -> tuple[str, int, int]:
         # Messages outside of chunks have no such sizes.
         name, stored, plain = self._packed.get(info.pos, ("", 0, 0))

@@ -100,6 +100,27 @@ def test_a_damaged_chunk_is_an_error_that_says_what_to_do_or_is_left_out(compres
     assert any(f"byte {second}" in words for words in bag.damage)
 
 
+@pytest.mark.parametrize("field", [b"op=\x04", b"count=", b"compression="])
+def test_a_damaged_index_record_or_chunk_header_is_told_although_the_messages_are_read(field, tmp_path):
+    """rosbag does not open such a bag: check and reindex say so, and fix writes one that it opens."""
+    what = entries(120)
+    data = bytearray(bag_bytes(what))
+    path = tmp_path / "damaged.bag"
+    assert read(bytes(data)).index_damage() == []
+    second = read(bytes(data)).chunks[1].pos
+    data[data.index(field, second)] ^= 1
+    path.write_bytes(data)
+    with BagReader(path) as bag:
+        assert f"byte {second}" in bag.index_damage()[0]
+    with pytest.raises(BagError, match=r"rosbag does not open such a bag.*bag fix"):
+        reindex(path)
+    assert path.read_bytes() == data
+    recover(path, tmp_path / "fixed.bag")
+    with BagReader(tmp_path / "fixed.bag") as bag:
+        assert not bag.index_damage()
+        assert not bag.damage
+
+
 def test_a_scan_goes_on_behind_garbage_between_chunks():
     what = entries(120)
     data = bag_bytes(what, close=False)
