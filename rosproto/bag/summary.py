@@ -68,7 +68,9 @@ def text(found: Facts, curves: Mapping[str, str] = MappingProxyType({})) -> str:
     width = max((len(t["type"]) for t in found["types"]), default=0)
     lines = [f"{t['type']:<{width}} [{t['md5']}]" for t in found["types"]]
     rows += [("" if i else "types", line) for i, line in enumerate(lines)]
-    rows += [("" if i else "topics", line) for i, line in enumerate(_topic_lines(found["topics"], curves))]
+    rows += [
+        ("" if i else "topics", line) for i, line in enumerate(_topic_lines(found["topics"], width, curves))
+    ]
     first = max(len(field) for field, _ in rows) + 1
     return "\n".join(f"{field + ':' if field else '':<{first}} {value}" for field, value in rows).rstrip()
 
@@ -106,12 +108,12 @@ def _compression_rows(kinds: dict[str, dict[str, int]], duration: float) -> list
     return [("uncompressed", lines[0]), ("compressed", f"{lines[1]} ({100.0 * stored / (plain or 1):.2f}%)")]
 
 
-def _topic_lines(topics: list[Facts], curves: Mapping[str, str]) -> list[str]:
+def _topic_lines(topics: list[Facts], types: int, curves: Mapping[str, str]) -> list[str]:
+    """Lines of the topics; `types` is the width of the names of types."""
     if not topics:
         return []
     names = max(len(t["topic"]) for t in topics)
     counts = max(len(str(t["messages"])) for t in topics)
-    types = max(len(t["type"]) for t in topics)
     rates = max(len(_hertz(t["frequency"])) if "frequency" in t else 0 for t in topics)
     lines = []
     for t in topics:

@@ -120,6 +120,15 @@ def test_info_as_json_and_yaml(run: Run, bag: str) -> None:
     assert "--yaml" in run("info", "-k", "messages", bag)[1]
 
 
+def test_info_aligns_the_connections_behind_the_longest_type(run: Run, tmp_path: Path) -> None:
+    """Of all types, also of one that is the second of its topic, as rosbag does."""
+    path = tmp_path / "two.bag"
+    with BagWriter(path) as bag:
+        bag.write("/a", message_class("std_msgs/String")(), 1.0)
+        bag.write("/a", message_class("geometry_msgs/PointStamped")(), 2.0)
+    assert "/a   2 msgs    : std_msgs/String            (2 connections)" in run("info", str(path), "--plain")[1]
+
+
 def test_info_of_an_empty_bag(run: Run, tmp_path: Path) -> None:
     """No messages: no span, no error."""
     BagWriter(tmp_path / "empty.bag").close()

@@ -173,7 +173,7 @@ def test_bags(tmp_path: Path) -> None:
     assert output(code, tmp_path).splitlines() == [
         "4",
         "[('/n', 1, 11), ('/n', 2, 12), ('/n', 9, 30)]",
-        "4 ['std_msgs/Int32', 'std_msgs/String'] bz2",
+        "4 ['std_msgs/Int32', 'std_msgs/String'] none",
         "['std_msgs/Int32', 'std_msgs/Int32', 'std_msgs/Int32', 'std_msgs/String', 'std_msgs/Int32'] 10.0 30.0",
         "This does not appear to be a bag file",
     ]

@@ -467,23 +467,16 @@ class Bag:
         if topic_filters is not None and not isinstance(topic_filters, list):
             topic_filters = [topic_filters]
         with self._reader_of_facts() as reader:
-            kinds = sorted(reader.connections.values(), key=lambda one: one.type)
+            kinds = {}
+            for one in sorted(reader.connections.values(), key=lambda one: one.type):
+                kinds.setdefault(one.type, one.md5sum)  # of two definitions the first connection's
             wanted = set(reader.topics if topic_filters is None else topic_filters) & set(reader.topics)
             topics = {}
             for topic in sorted(wanted):
-                known, rate = reader.topics[topic], self._frequency(reader.times(topic))
+                known, rate = reader.topics[topic], reader.frequency(topic)
                 connections, count = known.connections, known.message_count
                 topics[topic] = _TopicTuple(connections[0].type, count, len(connections), rate)
-        return _TypesAndTopicsTuple({one.type: one.md5sum for one in kinds}, topics)
-
-    @staticmethod
-    def _frequency(times):
-        """One over the median period, computed from float seconds, as by rosbag."""
-        import numpy
-
-        stamps = times // 10**9 + times % 10**9 / 1e9
-        period = float(numpy.median(numpy.diff(stamps))) if len(times) > 1 else 0.0
-        return 1.0 / period if period > 0.0 else None
+        return _TypesAndTopicsTuple(kinds, topics)
 
     def get_compression_info(self):
         """The compression that most chunks have, and their sizes."""
@@ -491,7 +484,7 @@ class Bag:
             found = reader.compression()
         if not found:
             return _CompressionTuple(Compression.NONE, 0, 0)
-        main = max(found, key=lambda name: found[name].chunks)
+        main = max(found, key=lambda name: (found[name].chunks, name))
         every = found.values()
         return _CompressionTuple(main, sum(c.plain_bytes for c in every), sum(c.stored_bytes for c in every))
 
