@@ -247,6 +247,56 @@ def cloud(case):
     }
 
 
+# -- bags ----------------------------------------------------------------------------------------------------
+
+
+def bag_read(case):
+    """The messages of a bag, and what there is to tell about it."""
+    import genpy
+    import rosbag
+
+    getattr(rosbag.bag, "_message_types", {}).clear()  # by md5sum, of earlier bags
+    times = [None if case.get(name) is None else genpy.Time(*case[name]) for name in ("start", "end")]
+    with rosbag.Bag(case["bag"], allow_unindexed=case["allow_unindexed"]) as bag:
+        facts = {}
+        for name in (
+            "get_message_count",
+            "get_start_time",
+            "get_end_time",
+            "get_type_and_topic_info",
+            "get_compression_info",
+        ):
+            try:
+                facts[name] = plain(getattr(bag, name)())
+            except Exception as error:
+                facts[name] = {"error": type(error).__name__, "says": str(error)[:300]}
+        messages = []
+        error = None
+        try:
+            for topic, raw, t, header in bag.read_messages(
+                topics=case.get("topics"),
+                start_time=times[0],
+                end_time=times[1],
+                raw=True,
+                return_connection_header=True,
+            ):
+                head = {k: v.decode() if isinstance(v, bytes) else v for k, v in header.items()}
+                messages.append(
+                    [topic, raw[0], raw[1].hex(), raw[2], [t.secs, t.nsecs], sorted(head.items())]
+                )
+        except Exception as problem:
+            error = {"error": type(problem).__name__, "says": str(problem)[:300]}
+    return {"facts": facts, "messages": messages, "ended": error}
+
+
+def bag_command(case):
+    from rosbag import rosbag_main
+
+    sys.modules["rosbag.bag"]._message_types.clear()
+    answer = run_main(rosbag_main.rosbagmain, ["rosbag", *case["words"]])
+    return {key: answer[key] for key in ("out", "error", "says") if key in answer}
+
+
 KINDS = {
     "rosparam_command": rosparam_command,
     "rosparam_functions": rosparam_functions,
@@ -258,6 +308,8 @@ KINDS = {
     "reply": reply,
     "publish": publish,
     "cloud": cloud,
+    "bag_read": bag_read,
+    "bag_command": bag_command,
 }
 
 

@@ -6,7 +6,8 @@ import json
 import re
 from collections.abc import Callable
 
-from tests.interop.compare.comparison import ERROR, Answer, Case, Difference
+from tests.interop.compare.bags import in_one_order, ties_in_one_order, without_connections
+from tests.interop.compare.comparison import ERROR, Answer, Case, Difference, without_texts
 from tests.interop.compare.definitions import unlike_anyone
 
 
@@ -133,6 +134,10 @@ def _we_refuse(pattern: str) -> Callable[[Case, Answer, Answer], bool]:
     )
 
 
+def _we_say(pattern: str) -> Callable[[Case, Answer, Answer], bool]:
+    return lambda case, theirs, ours: re.search(pattern, ours.get("says", "")) is not None
+
+
 def _octets(case: Case, theirs: Answer, ours: Answer) -> bool:
     return case["type"] in ("std_msgs/UInt8MultiArray", "sensor_msgs/CompressedImage") and (
         "-p" in case["words"] or "b'" in theirs.get("out", "")
@@ -155,9 +160,86 @@ def _nan(case: Case, theirs: Answer, ours: Answer) -> bool:
     return "nan" in both[0] and both[0] == both[1]
 
 
+def _ties(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return bool(
+        without_texts({**ties_in_one_order(theirs), "says": "", "lines": sorted(theirs.get("lines", []))})
+        == without_texts({**ties_in_one_order(ours), "says": "", "lines": sorted(ours.get("lines", []))})
+    )
+
+
+def _overlaps(case: Case, theirs: Answer, ours: Answer) -> bool:
+    if case["ordered"] or ERROR in theirs or ERROR in ours:
+        return False
+    theirs, ours = in_one_order(theirs), in_one_order(ours)
+    if case.get("start") or case.get(
+        "end"
+    ):  # rosbag.Bag searches in lists that are not sorted: it leaves some out
+        return theirs["facts"] == ours["facts"] and all(row in ours["messages"] for row in theirs["messages"])
+    return bool(without_texts({**theirs, "says": ""}) == without_texts({**ours, "says": ""}))
+
+
+def _without_index(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return case["state"] != "sound" and (
+        "unindexed" in str(theirs).lower() or case.get("allow_unindexed", False)
+    )
+
+
+def _overlapping_info(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """Only the lines of times and rates differ."""
+    if case["ordered"] or "out" not in theirs or "out" not in ours:
+        return False
+    both = [
+        [
+            re.sub(r" +@ +[0-9.]+ .?Hz *| +", " ", line).strip("- ")
+            for line in answer["out"].splitlines()
+            if not re.match(" *(start|end|duration|frequency|(un)?compressed):", line)
+        ]
+        for answer in (theirs, ours)
+    ]
+    return [line for line in both[0] if line] == [line for line in both[1] if line] or "duration" in case[
+        "words"
+    ]
+
+
+def _damaged(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """A byte of the bag was changed; an error of ours must be one of rosbag's."""
+    problem = str(ours.get(ERROR) or (ours.get("ended") or {}).get(ERROR, ""))
+    return case["state"] == "byte" and (not problem or problem.startswith(("ROSBag", "exit")))
+
+
+def _unknown_type(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return "MsgNotFound" in str(theirs) or "unknown package [no_such_pkg]" in str(theirs) + str(ours)
+
+
+def _copied_bytes(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """A definition is empty or no text of a definition: decoding and encoding loses the bytes."""
+    both = [without_connections(answer).get("out.bag", {}).get("messages") for answer in (theirs, ours)]
+    rows = [[[row[0], row[2]] for row in one or []] for one in both]
+    return "p/Unusable" in str(ours) and bool(rows[0]) and sorted(rows[0]) == sorted(rows[1])
+
+
+def _several_connections(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return case["shared"] and bool(
+        _without_says(without_connections(theirs)) == _without_says(without_connections(ours))
+    )
+
+
+def _without_says(answer: Answer) -> Answer:
+    return without_texts({**answer, "says": "", "lines": sorted(answer["lines"])})
+
+
+def _more_is_saved(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """What they have, we have too."""
+    (name,) = (key for key in ours if key not in ("lines", "says"))
+    kept = without_connections(theirs[name]).get("messages", [])
+    found = without_connections(ours[name]).get("messages", None)
+    return found is not None and all(row in found for row in kept)
+
+
 _NOT_YAML = _they_refuse(
     "start any token|2002:merge|while parsing|while scanning|'dict' object has no|datetime"
 )
+_BAG_KINDS = ("BagRead", "BagFilter", "BagReindex", "BagFix", "BagCompress")
 _NAMELESS = "Constants without a usable name (`int8 =1`) are refused: no generator can make code of them."
 _LENIENT = "Full texts of peers may have TABs, other lines of =, and faults in sections that nothing uses."
 
@@ -310,5 +392,79 @@ DIFFERENCES: list[Difference] = [
         "RosparamCommand",
         "Binary data in a list is printed; rosparam ends with a TypeError.",
         _binary_in_list,
+    ),
+    *[
+        Difference(
+            kind,
+            "Messages of the same time come in the order of the file; rosbag sorts them by connection.",
+            _ties,
+        )
+        for kind in _BAG_KINDS
+    ],
+    *[
+        Difference(
+            kind,
+            "Overlapping chunks are read in the order of time, as by rosbag play; rosbag.Bag reads chunk after chunk.",
+            _overlaps,
+        )
+        for kind in _BAG_KINDS
+    ],
+    Difference(
+        "BagInfo",
+        "The first and last time of overlapping chunks are of all chunks; rosbag takes the first and the last chunk.",
+        _overlapping_info,
+    ),
+    *[
+        Difference(
+            kind,
+            "What is whole of a bag without an index is read; rosbag asks for reindex first.",
+            _without_index,
+        )
+        for kind in ("BagRead", "BagInfo", "BagFilter", "BagCompress")
+    ],
+    Difference(
+        "BagFilter",
+        "An expression knows fields, and not Python's attributes such as m._type.",
+        _we_say("is not a field"),
+    ),
+    Difference(
+        "BagInfo",
+        "A key that is not there is an error; rosbag prints one, and ends with 0.",
+        lambda case, theirs, ours: theirs.get("out") == "" and "there is" in ours.get("says", ""),
+    ),
+    *[
+        Difference(kind, "A changed byte of a bag is told, or read as it stands.", _damaged)
+        for kind in (*_BAG_KINDS, "BagInfo")
+    ],
+    *[
+        Difference(
+            kind,
+            "A definition that names an unknown type ends rosbag's reading; ours goes on.",
+            _unknown_type,
+        )
+        for kind in _BAG_KINDS
+    ],
+    *[
+        Difference(
+            kind,
+            "Each connection of a topic is kept; rosbag.Bag writes messages of a topic under another of its connections.",
+            _several_connections,
+        )
+        for kind in _BAG_KINDS[1:]
+    ],
+    *[
+        Difference(kind, reason, _more_is_saved)
+        for kind, reason in (
+            ("BagReindex", "What is whole in a chunk that is cut off is kept; rosbag cuts it off."),
+            (
+                "BagFix",
+                "fix saves every readable message as it is; rosbag fix translates into the system's definitions.",
+            ),
+        )
+    ],
+    Difference(
+        "BagFilter",
+        "filter copies bytes as they are; rosbag decodes and encodes them, also without a definition.",
+        _copied_bytes,
     ),
 ]

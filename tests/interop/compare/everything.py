@@ -9,6 +9,7 @@ from pathlib import Path
 
 from rosproto.master import Master
 from rosproto.node import Node
+from tests.interop.compare.bags import BagCompress, BagFilter, BagFix, BagInfo, BagRead, BagReindex
 from tests.interop.compare.comparison import Kind, Report, compare, debian, layer
 from tests.interop.compare.definitions import Definition, DefinitionByLayer, FullText, FullTextByLayer
 from tests.interop.compare.differences import DIFFERENCES
@@ -28,6 +29,7 @@ from tests.support import ros
 NAMES = [
     "RosparamCommand", "RosparamFunctions", "Definition", "DefinitionByLayer", "FullText", "FullTextByLayer", "Values",
     "ValuesByLayer", "RosserviceCall", "RostopicEcho", "Reply", "Publish", "Cloud",
+    "BagRead", "BagInfo", "BagFilter", "BagReindex", "BagFix", "BagCompress",
 ]  # fmt: skip
 
 
@@ -68,6 +70,10 @@ def run(
             Handed(of_layer, "reply", REPLIES),
             Handed(of_layer, "publish", PUBLISHED),
             Cloud(of_layer),
+            *(
+                kind(folder, of_layer)
+                for kind in (BagRead, BagInfo, BagFilter, BagReindex, BagFix, BagCompress)
+            ),
         ]
         assert [kind.name for kind in kinds] == NAMES
         chosen = [kind for kind in kinds if not only or kind.name in only]
