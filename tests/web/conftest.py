@@ -56,14 +56,8 @@ class Robot:
         """As it was in the beginning: it stands at its start, knows where it is, and nobody commands it."""
         if self.chassis.lease.holder is not None:
             self.chassis.lease.release(self.chassis.lease.holder)
-        self.sim.release_emergency_stop()
+        self.sim.reset()
         self.chassis.stop(everything=True, timeout=5.0)
-        with self.sim.lock:
-            world = self.sim.world
-            world.obstacles.clear()
-            world.body.pose = world.site.start
-            world.docked = world.battery.charging = False
-            world.initial_pose(world.body.pose)
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +74,7 @@ def hall(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
             allow_driving=True,
             marks=marks(),
             recordings=tmp_path_factory.mktemp("recordings"),
+            simulator=sim,
         )
         with WebServer(app, port=0) as server:
             yield Robot(sim, chassis, server)

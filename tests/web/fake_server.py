@@ -241,7 +241,7 @@ class Fake:
         limits = {"vx": 0.3, "wz": 0.5}
         hello = {
             "t": "hello", "robot": self.robots[0], "robots": self.robots, "session": you, "you": you,
-            "allow_driving": self.allow_driving, "limits": limits, "simulated": True,
+            "allow_driving": self.allow_driving, "limits": limits, "simulator": {"speed": 1.0},
         }  # fmt: skip
         map_facts = {
             "width": 240,

@@ -55,7 +55,7 @@ def test_every_page_fits_and_can_be_touched(
     """In both languages (light or dark changes no place): nothing runs out of the screen, and each control is 44 px at least."""
     with person(browser, served[1], size, language=language, scheme=scheme) as page:
         assert page.inner_text("#tab-go h2") == title
-        for tab in ("go", "drive", "camera", "health", "log"):
+        for tab in ("go", "drive", "camera", "health", "log", "sim"):
             page.click(f"#tabbutton-{tab}")
             wide, high = page.evaluate(
                 "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.slow
 LONG = "warehouse-north-hall-2-transport-robot-number-17"
 WORD = "Wareneingangskontrollbereichsleitung4711"
-TABS = ("go", "drive", "camera", "health", "log")
+TABS = ("go", "drive", "camera", "health", "log", "sim")
 _REASONS = [
     {"key": key, "text": WORD, "values": {}, "blocking": True, "doubt": False}
     for key in ("emergency_stop", "manual_mode", "a key that nobody knows")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.support.browser import PHONE, each_appearance, person
-from tests.web.test_page_fits import start
+from tests.web.test_page_fits import TABS, start
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from tests.web.fake_server import Fake
 
 pytestmark = pytest.mark.slow
-TABS = ("go", "drive", "camera", "health", "log")
 _SEVERE = {"code": 100200300402, "level": "SEVERE", "text": "motor overheated", "text_zh": "电机过热"}
 _WARNING = {"code": 100200300403, "level": "WARNING", "text": "fan slow", "text_zh": "风扇变慢"}
 _REASON = {"key": "emergency_stop", "text": "the emergency stop is pressed", "blocking": True, "doubt": False}

@@ -473,3 +473,47 @@ def test_of_two_tabs_with_one_session_the_older_takes_a_new_one(browser: Browser
             copy.of("pose")
             assert clients._known[newest].name == name
             assert copy.socket.close_code is None
+
+
+@pytest.mark.parametrize("size", [pytest.param(PHONE, id="phone"), pytest.param(DESKTOP, id="desktop")])
+def test_the_simulation_is_changed_from_the_page(browser: Browser, robot: Robot, size: Any) -> None:
+    """Its tab has what may happen to a robot: each button does what it says, and a tap on the map is an obstacle or a place."""
+    sim = robot.sim
+    with person(browser, robot.url, size) as page:
+        page.click("#tabbutton-sim")
+        page.wait_for_timeout(1000)  # the map is fitted when its picture has come
+        page.click("#sim-press")
+        page.wait_for_selector("#notices .notice.bad >> text=emergency stop")
+        page.click("#sim-release")
+        page.wait_for_selector("#notices .notice", state="hidden")
+        page.click("#sim-lose")
+        page.wait_for_selector("#notices .notice.bad")
+        page.click("#sim-battery")
+        page.wait_for_selector("#battery.low >> text=10 %")
+        page.click("#fit")
+        box = page.locator("#canvas").bounding_box() or {}
+        middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        page.click("#sim-obstacle")
+        page.mouse.click(*middle)
+        until(lambda: sim.world.obstacles, page)
+        assert page.locator("#sim-obstacle[aria-pressed=true]").count() == 1, "the next tap is another one"
+        page.click("#sim-clear")
+        until(lambda: not sim.world.obstacles, page)
+        page.click("#sim-reset")
+        page.wait_for_selector("#notices .notice", state="hidden")
+        start = sim.pose
+        page.click("#sim-teleport")
+        page.mouse.click(middle[0], middle[1] + (20 if size == PHONE else 60))  # in the middle is a wall
+        until(lambda: (sim.pose.x, sim.pose.y) != (start.x, start.y), page)
+        page.select_option("#sim-speed", "10")
+        until(lambda: sim.speed == 10.0, page)
+        page.click("#tabbutton-go")
+        here = sim.pose
+        page.mouse.click(*middle)
+        page.click("#tabbutton-log")
+        page.wait_for_selector("#journal >> text=Changed the simulation")
+        assert sim.pose == here, "a tap is an ordinary one again"
+        page.reload()
+        page.click("#tabbutton-sim")
+        assert page.input_value("#sim-speed") == "10"
+    sim.speed = 3.0

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from fastapi import FastAPI
 
     from woosh_pure.chassis import Chassis
+    from woosh_pure.sim import SimulatedChassis
     from woosh_pure.web.marks import NamedPlace
 
 __all__ = ["app", "close"]
@@ -36,6 +37,7 @@ def app(
     marks: Iterable[NamedPlace] | Mapping[str, Iterable[NamedPlace]] = (),
     recordings: str | Path | None = None,
     max_clients: int = MAX_CLIENTS,
+    simulator: SimulatedChassis | Mapping[str, SimulatedChassis] | None = None,
 ) -> FastAPI:
     """Return the page and the API of one or more robots as an ASGI application to serve or to mount.
 
@@ -55,6 +57,8 @@ def app(
             The chassis cannot list its own. With several robots, a mapping from robot name to marks.
         recordings: Folder for recorded bags. With None, the first recording creates a temporary folder.
         max_clients: The most pages that show the robots at a time.
+        simulator: The simulated chassis that `chassis` drives, or those of several by the robot's name: the
+            page and the API can then press its emergency stop, put obstacles in its way, and so on.
 
     Raises:
         ImportError: The extra `web` is not installed.
@@ -84,13 +88,14 @@ def app(
     access = AccessRules(token, origins, hosts)
     folder = None if recordings is None else require_folder(Path(recordings))
     of_all = None if isinstance(marks, Mapping) else MarkList(marks)
+    simulators = simulator if isinstance(simulator, Mapping) else dict.fromkeys(list(robots)[:1], simulator)
     made = {}
     for each, one in robots.items():
         own = folder if folder is None or len(robots) == 1 else folder / each
         if own is not None:
             own.mkdir(exist_ok=True)
         own_marks = of_all or MarkList(marks.get(each, ()) if isinstance(marks, Mapping) else ())
-        made[each] = Robot(each, one, marks=own_marks, recordings=own)
+        made[each] = Robot(each, one, marks=own_marks, recordings=own, simulator=simulators.get(each))
     context = WebContext(made, access, allow_driving=allow_driving, max_viewers=max_clients)
     return build(context, origins=origins)
 

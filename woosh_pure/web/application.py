@@ -37,6 +37,7 @@ PAGE = Path(__file__).parent / "page"
 _ROBOT = (
     *(readings.state, commands.goals, stop.router, readings.maps, readings.pictures, readings.feeds),
     *(readings.journal, marks.router, commands.lease, commands.recordings, session.viewers),
+    commands.simulator,
 )
 _SERVER = (readings.robots, session.login)
 

@@ -51,6 +51,7 @@ COMMANDS = {
     "change_mark": "change mark {mark}",
     "delete_mark": "delete mark {mark}",
     "take_over": "take over from {holder}",
+    "simulate": "change the simulation: {changes}",
 }
 
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.motion.action_goal import NavigationHandle, StepHandle
     from woosh_pure.motion.task import TaskHandle
+    from woosh_pure.sim import SimulatedChassis
 
     MotionHandle = TaskHandle | NavigationHandle | StepHandle
 
@@ -297,6 +298,51 @@ class RecordingRequest(Request):
 
     seconds: Annotated[float, _number("s", gt=0.0, le=3600.0)] | None = None
     camera: Annotated[bool, Field(description="also images and point clouds: much data")] = False
+
+
+class Spot(Request):
+    """A point on the map."""
+
+    x: Metres
+    y: Metres
+
+
+class Carry(Spot):
+    """Where a simulated robot is carried; without `yaw` it keeps its heading."""
+
+    yaw: Radians | None = None
+
+
+class SimulatorRequest(Request):
+    """What happens to a simulated robot. Members that are left out change nothing."""
+
+    do: (
+        Literal[
+            "reset",
+            "press_emergency_stop",
+            "release_emergency_stop",
+            "lose_localization",
+            "remove_obstacles",
+        ]
+        | None
+    ) = None
+    speed: Annotated[float, _number("simulated seconds per second", ge=0.0, le=100.0)] | None = None
+    battery: Annotated[float, _number("%", ge=0.0, le=100.0)] | None = None
+    teleport: Carry | None = None
+    obstacle: Annotated[Spot | None, Field(description="one more, round, 0.25 m in radius")] = None
+
+    def apply(self, sim: SimulatedChassis) -> None:
+        """Do what is given, in the order of the members."""
+        if self.do is not None:
+            getattr(sim, self.do)()
+        if self.speed is not None:
+            sim.speed = self.speed
+        if self.battery is not None:
+            sim.set_battery(self.battery)
+        if self.teleport is not None:
+            sim.teleport(**self.teleport.model_dump())
+        if self.obstacle is not None:
+            sim.add_obstacle(**self.obstacle.model_dump())
 
 
 class LoginRequest(Request):

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import DynamicMessage
 from woosh_pure.chassis import Chassis, components_of
@@ -24,6 +24,9 @@ from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import MarkList
 from woosh_pure.web.recordings import RecordingManager
 from woosh_pure.web.snapshot import LISTENED, NewestReadings
+
+if TYPE_CHECKING:
+    from woosh_pure.sim import SimulatedChassis
 
 ALSO_SHOWN = ("scan", "plan", "tf_static")
 STOP_SECONDS = 5.0
@@ -87,6 +90,7 @@ class Robot:
         marks: The server's list of marks; the chassis cannot list its own.
         journal, goals, idempotent_answers, manual_drive, map, cameras, costmap, recordings: See their
             classes.
+        simulator: The simulated chassis behind `chassis`; None for a real robot.
         unreachable: Why the Chassis is not connected yet; "" once it is.
     """
 
@@ -97,8 +101,9 @@ class Robot:
         *,
         marks: MarkList,
         recordings: Path | None = None,
+        simulator: SimulatedChassis | None = None,
     ) -> None:
-        self.name, self.chassis, self.marks = name, chassis, marks
+        self.name, self.chassis, self.marks, self.simulator = name, chassis, marks, simulator
         self.journal = Journal()
         self.goals = GoalManager(self.journal, chassis.readiness)
         self.idempotent_answers = IdempotentAnswers()

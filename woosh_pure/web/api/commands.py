@@ -1,4 +1,4 @@
-"""The routes of goals, the lease and recordings.
+"""The routes of goals, the lease, recordings and the simulation.
 
 After a DELETE there is nothing at the address, and the next DELETE is answered with 404. DELETE cancels a
 running goal first, is refused for a running recording, and gives the lease back.
@@ -342,3 +342,21 @@ def download(recording: str, request: Request) -> FileResponse:
     if not found.path.is_file():
         raise Problem(404, "the bag of recording {id} no longer exists", id=found.id)
     return FileResponse(found.path, filename=found.path.name, media_type="application/octet-stream")
+
+
+# -- simulator: POST -----------------------------------------------------------------------------------------
+
+simulator = APIRouter(tags=["simulator"], responses=PROBLEMS)
+
+
+@simulator.post("/simulator", status_code=204, responses=problems(409))
+def change_simulation(body: models.SimulatorRequest, request: Request) -> None:
+    """Change a simulated robot and what is around it. Needs no lease: anybody in a room can press the
+    emergency stop, or stand in the way.
+    """
+    robot, client = check_command(request, lease=False, connected=False)
+    if robot.simulator is None:
+        text = "no simulation is behind this robot; `woosh --sim web` serves one, web.app takes simulator="
+        raise Problem(409, text, "no-simulator")
+    body.apply(robot.simulator)
+    robot.journal.note(client.name, command("simulate", changes=body.model_dump_json(exclude_none=True)))

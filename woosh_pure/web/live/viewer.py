@@ -117,6 +117,7 @@ class Viewer:
             pass  # the connection has ended
 
     def _hello(self, lang: str) -> dict[str, object]:
+        sim = self._robot.simulator
         return {
             "t": "hello",
             "robot": self._robot.name,
@@ -124,6 +125,7 @@ class Viewer:
             "session": self._client.session,
             "you": self._client.name,
             "allow_driving": self._context.allow_driving,
+            "simulator": None if sim is None else {"speed": sim.speed},
             "lang": lang,
             "limits": self._robot.manual_drive.limits,
             "dead_man": {"beat": 0.1, "silence": SILENCE_SECONDS},

@@ -30,7 +30,7 @@ export class Header {
   hello(hello) {
     say(byId("robot-name"), hello.robot ?? "Woosh");
     document.title = hello.robot ?? "Woosh";
-    show(byId("simulated"), Boolean(hello.simulated ?? hello.robot === "sim"));
+    show(byId("simulated"), Boolean(hello.simulator));
     const robots = hello.robots ?? [];
     show(byId("robots"), robots.length > 1);
     byId("robot-name").classList.toggle("unseen", robots.length > 1); // the list shows its name

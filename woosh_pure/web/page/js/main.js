@@ -14,6 +14,7 @@ import { LiveConnection, seconds } from "./live_connection.js";
 import { LogTab } from "./log_tab.js";
 import { MapView } from "./map_view.js";
 import { take, takeBinary } from "./server_messages.js";
+import { SimulatorTab } from "./simulator_tab.js";
 import { ReadinessNotice } from "./readiness_notice.js";
 import { Plots } from "./plots.js";
 import { Rest } from "./rest.js";
@@ -76,6 +77,7 @@ new Plots({ store });
 new CameraTab({ store, link });
 new LogTab({ store, rest });
 new DriveTab({ store, link, lease, leaseBox });
+new SimulatorTab({ store, rest, map });
 
 use(choose([kept("woosh-language"), ...navigator.languages].filter(Boolean)));
 

@@ -29,6 +29,7 @@ export class MapView {
     this.place = null; // {x, y, yaw} while something is being placed
     this.placing = null; // called at each change of `place`
     this.onmark = () => {};
+    this.ontap = null; // (x, y): in the place of what a tap does else
     this.ground = new MapBackground(store, rest, () => this.change(), (part) => this.progress(part));
     this.paint = layers.paintOf(document.body);
     this.listen();
@@ -163,6 +164,10 @@ export class MapView {
   }
 
   tap(at) {
+    if (this.ontap) {
+      this.ontap(...this.view.toWorld(...at));
+      return;
+    }
     const [x, y] = this.view.toWorld(at[0], at[1] + 8); // the body of a pin stands above its place
     const mark = nearest(this.store.get("marks"), x, y, 30 / this.view.scale);
     if (mark) this.onmark(mark);

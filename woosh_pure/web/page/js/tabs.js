@@ -1,9 +1,9 @@
-// The five tabs of the panel; arrow keys move between them. The address names the open one.
+// The tabs of the panel, the last one for a simulated robot only; arrow keys move between them. The address names the open one.
 
 import { byId, el, fill, icon, show } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 
-export const TABS = ["go", "drive", "camera", "health", "log"];
+export const TABS = ["go", "drive", "camera", "health", "log", "sim"];
 
 export class Tabs {
   constructor(store) {
@@ -12,13 +12,14 @@ export class Tabs {
     for (const name of TABS) {
       const label = el("span");
       const button = el("button", {
-        type: "button", role: "tab", id: `tabbutton-${name}`, "aria-controls": `tab-${name}`,
+        type: "button", role: "tab", class: name === "sim" ? "hidden" : "", id: `tabbutton-${name}`, "aria-controls": `tab-${name}`,
         onclick: () => this.choose(name), onkeydown: (event) => this.key(event, name),
       }, icon(name), label);
       this.buttons.set(name, { button, label });
     }
     fill(byId("tabs"), ...[...this.buttons.values()].map(({ button }) => button));
     onLanguage(() => this.buttons.forEach(({ label }, name) => (label.textContent = t(`tab.${name}`))));
+    store.on("hello", ({ simulator }) => show(this.buttons.get("sim").button, Boolean(simulator)));
     this.choose(TABS[0]);
   }
 
@@ -38,7 +39,8 @@ export class Tabs {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (!step) return;
     event.preventDefault();
-    const next = TABS[(TABS.indexOf(name) + step + TABS.length) % TABS.length];
+    const shown = TABS.filter((each) => !this.buttons.get(each).button.classList.contains("hidden"));
+    const next = shown[(shown.indexOf(name) + step + shown.length) % shown.length];
     this.choose(next);
     this.buttons.get(next).button.focus();
   }

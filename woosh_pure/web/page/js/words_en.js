@@ -261,4 +261,15 @@ export const en = {
   "token.use": "Use it",
 
   "go.lost": "Not connected: it would not reach the robot.",
+  "tab.sim": "Sim",
+  "sim.obstacle": "Tap the map: obstacle",
+  "sim.teleport": "Tap the map: carry it there",
+  "sim.press": "Emergency stop",
+  "sim.release": "Release it",
+  "sim.lose": "Lose its position",
+  "sim.battery": "Low battery",
+  "sim.clear": "Remove the obstacles",
+  "sim.reset": "Reset all",
+  "sim.speed": "Speed of time",
+  "what.simulate": "Changed the simulation",
 };

@@ -261,4 +261,15 @@ export const zh = {
   "token.use": "使用",
 
   "go.lost": "未连接：指令无法到达机器人。",
+  "tab.sim": "仿真",
+  "sim.obstacle": "点地图：放障碍物",
+  "sim.teleport": "点地图：搬到那里",
+  "sim.press": "按下急停",
+  "sim.release": "松开急停",
+  "sim.lose": "定位丢失",
+  "sim.battery": "低电量",
+  "sim.clear": "移除障碍物",
+  "sim.reset": "全部重置",
+  "sim.speed": "时间倍速",
+  "what.simulate": "更改了仿真",
 };
