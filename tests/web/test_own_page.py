@@ -123,3 +123,62 @@ def test_without_origin_the_page_is_not_let_in(robot: Robot, browser: Browser, o
         says(page, "#lost", "No connection to the robot")
         page.click("#stop")
         says(page, "#stopped", "NOT confirmed")
+
+
+_PICTURE = """
+(address) => new Promise((done) => {
+  const image = new Image();
+  image.onload = () => done(image.naturalWidth);
+  image.onerror = () => done(0);
+  image.src = address;
+})
+"""
+_FRAME = """
+(address) => {
+  const frame = document.createElement("iframe");
+  Object.assign(frame, { src: address, width: 700, height: 600, id: "robot" });
+  document.body.append(frame);
+}
+"""
+
+
+def test_a_page_of_origin_frames_the_page_and_shows_pictures(
+    robot: Robot, browser: Browser, origin: str
+) -> None:
+    """The page in the frame is a whole one: it is connected, and its STOP is answered."""
+    with served(robot, origins=[origin]) as server, opened(browser, origin, server) as page:
+        for picture in ("map.png", "camera/color.jpg"):
+            assert page.evaluate(_PICTURE, f"{server.url}api/v1/{picture}") > 50
+        page.evaluate(_FRAME, server.url)
+        frame = page.frame_locator("#robot")
+        frame.locator(".markrow").first.wait_for()
+        frame.locator("#stop").click()
+        frame.locator("#stop-answer.ok").wait_for(timeout=20_000)
+
+
+@pytest.mark.parametrize("others", [(), ("https://elsewhere.example",)], ids=["none", "another"])
+def test_a_page_of_another_origin_frames_nothing_and_sees_no_picture(
+    robot: Robot, browser: Browser, origin: str, others: tuple[str, ...]
+) -> None:
+    with served(robot, origins=others) as server, opened(browser, origin, server) as page:
+        assert page.evaluate(_PICTURE, f"{server.url}api/v1/map.png") == 0
+        page.evaluate(_FRAME, server.url)
+        page.wait_for_timeout(1500)
+        assert page.frame_locator("#robot").locator("#stop").count() == 0
+
+
+def test_a_referer_that_only_looks_like_an_origin_is_not_one(robot: Robot) -> None:
+    """A longer name, another port, or what is no address."""
+    from tests.support.web import Served
+
+    with served(robot, origins=["http://robot.example"]) as server:
+        for referer, policy in (
+            ("http://robot.example/page", "cross-origin"),
+            ("http://robot.example.evil.example/", "same-origin"),
+            ("http://robot.example:81/", "same-origin"),
+            ("http://user@robot.example/", "same-origin"),
+            ("http://[", "same-origin"),
+            ("", "same-origin"),
+        ):
+            answer = Served(server.port).get("map.png", headers={"referer": referer})
+            assert answer.headers["cross-origin-resource-policy"] == policy, referer

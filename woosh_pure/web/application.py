@@ -78,7 +78,7 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
         for name in context.robots:
             app.mount(f"/robots/{name}", _page())
         app.mount("/", _page())
-    app.add_middleware(SecurityMiddleware, context=context)
+    app.add_middleware(SecurityMiddleware, context=context, origins=origins)
     if origins:
         app.add_middleware(
             CORSMiddleware,

@@ -7,13 +7,13 @@ from __future__ import annotations
 import asyncio
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from rosproto.admission import AdmissionRefusal, Key, bearer_token
+from rosproto.admission import AdmissionRefusal, Key, bearer_token, require_page_origin
 from woosh_pure.web.access import AccessRules, cookie_name, cookies
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import MEDIA_TYPE, REFUSAL_KINDS, Problem, language_of
@@ -101,10 +101,22 @@ def needs_token(path: str) -> bool:
 
 
 class SecurityMiddleware:
-    """ASGI middleware that checks requests and adds security headers."""
+    """ASGI middleware that checks requests and adds security headers.
 
-    def __init__(self, app: ASGIApp, context: WebContext) -> None:
+    Args:
+        app: The application below.
+        context: Of the application.
+        origins: Origins whose pages may frame the page, and show pictures of the API.
+    """
+
+    def __init__(self, app: ASGIApp, context: WebContext, origins: Iterable[str] = ()) -> None:
         self._app, self._context, self._access = app, context, context.access
+        self._origins, self._headers = frozenset(map(require_page_origin, origins)), dict(_HEADERS)
+        if self._origins:
+            del self._headers["x-frame-options"]  # it cannot name an origin
+            ancestors = " ".join(("frame-ancestors", "'self'", *sorted(self._origins)))
+            policy = CONTENT_POLICY.replace("frame-ancestors 'none'", ancestors)
+            self._headers["content-security-policy"] = policy
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See ASGI."""
@@ -140,7 +152,11 @@ class SecurityMiddleware:
                 return
             await self._app(scope, receive, send)
             return
-        answer = _with_headers(scope, send)
+        own = dict(self._headers)
+        page = re.match(r"https?://[^/?#]*", headers.get("referer", ""))  # an <img> sends no Origin
+        if page is not None and page[0] in self._origins:
+            own["cross-origin-resource-policy"] = "cross-origin"
+        answer = _with_headers(scope, send, own)
         is_stop = "woosh.method" in scope  # a stop limits its body itself, after stopping the robot
         if refusal is None and not is_stop and _announced(headers) > MAX_BODY:
             refusal = _too_large()
@@ -209,13 +225,13 @@ def _limited(receive: Receive) -> Receive:
     return limited
 
 
-def _with_headers(scope: Scope, send: Send) -> Send:
+def _with_headers(scope: Scope, send: Send, own: Mapping[str, str] = _HEADERS) -> Send:
     is_api = "/api/v1/" in scope["path"]
 
     async def answer(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
-            for key, value in {**_HEADERS, "cache-control": "no-store" if is_api else "no-cache"}.items():
+            for key, value in {**own, "cache-control": "no-store" if is_api else "no-cache"}.items():
                 headers.setdefault(key, value)
         await send(message)
 
