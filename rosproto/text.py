@@ -14,8 +14,9 @@ Chinese characters take two columns each.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
-__all__ = ["cut", "human_bytes", "padded", "printable", "short", "width", "wrapped"]
+__all__ = ["cut", "human_bytes", "near_names", "padded", "printable", "short", "width", "wrapped"]
 
 _BLANKS = frozenset(
     "\xa0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000"
@@ -102,3 +103,19 @@ def human_bytes(size: float) -> str:
         if size < 1024.0:
             return f"{size:.1f} {suffix}"
     return "-"
+
+
+def near_names(word: str, names: Iterable[str], *, cutoff: float = 0.6) -> list[str]:
+    """Return up to three names that resemble a word, the best first; upper and lower case are equal.
+
+    Args:
+        word: As it was given.
+        names: Those that exist.
+        cutoff: The least similarity, 0 to 1; lower for short names.
+    """
+    from difflib import get_close_matches  # needed for an error only
+
+    by_lower: dict[str, str] = {}
+    for name in names:
+        by_lower.setdefault(name.lower(), name)
+    return [by_lower[match] for match in get_close_matches(word.lower(), by_lower, 3, cutoff)]

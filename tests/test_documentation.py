@@ -51,8 +51,9 @@ def commands() -> dict[str, str]:
         text = page.read_text("utf-8")
         name = page.relative_to(ROOT).as_posix()
         for match in (*INDENTED.finditer(text), *INLINE.finditer(text)):
-            # Words in capitals and dots stand for something; such a line is an explanation, not a command.
-            if not re.search(r"\.\.\.|[|<>\[]|\b[A-Z]{3,}\b", match[1]):
+            # Words in capitals and dots stand for something; such a line is an explanation, not a command. A
+            # name with a value, as in `--mark DOCK=1.5,0.5,90`, is one.
+            if not re.search(r"\.\.\.|[|<>\[]|\b[A-Z]{3,}\b(?!=[-0-9])", match[1]):
                 found[match[1].partition("  #")[0].strip()] = name
     return found
 

@@ -11,6 +11,7 @@ LAYERS = [
     "rosproto.sentence",
     "rosproto.errors",
     "rosproto.files",
+    "rosproto.profile",
     "rosproto.bounded_cache",
     "rosproto.logs",
     "rosproto.version",

@@ -79,9 +79,9 @@ Poses are metres and degrees in the map, counter-clockwise positive.
 """
 _ROSPROTO = """## rosproto
 
-The master is `--master URI`, `$ROS_MASTER_URI`, or this computer. Verbs and options are those of rostopic,
-rosnode, rosservice, rosparam, rosmsg, rossrv and rosbag, and the output has the same form. Values are JSON
-or one-line YAML (`'{linear: {x: 0.1}}'`); YAML over several lines needs PyYAML
+The master is `--master URI`, `$ROS_MASTER_URI`, that of `woosh connect`, or this computer. Verbs and options
+are those of rostopic, rosnode, rosservice, rosparam, rosmsg, rossrv and rosbag, and the output has the same
+form. Values are JSON or one-line YAML (`'{linear: {x: 0.1}}'`); YAML over several lines needs PyYAML
 (`pip install ".[cli]"`). Facts go to stdout, warnings and errors to stderr.
 """
 

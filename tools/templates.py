@@ -47,7 +47,7 @@ __all__ = [
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = sorted((ROOT / "woosh_pure/language/zh").glob("*.txt"))
 _COMMANDS = "start state driving drive".split()
-_CLI = "config connection entry follow_goal arguments".split()
+_CLI = "connection entry follow_goal arguments".split()
 _ROOMS = (
     "connection/arguments connection/clients connection/connection doctor/checks doctor/examination "
     "feed/feed motion/action_goal motion/motion motion/steps motion/task "
@@ -56,7 +56,7 @@ _ROOMS = (
     "stopping/stop velocity/drive connection/other_drivers velocity/shaper velocity/end_conditions"
 ).split()
 _ROSPROTO = (
-    "cli/exit_codes cli/options cli/parser selftest/checking selftest/computing "
+    "profile cli/exit_codes cli/options cli/parser selftest/checking selftest/computing "
     "selftest/nodes transport/uri transport/name_lookup "
     "transport/own_address transport/tcp transport/deadline transport/robot_host_names "
     "transport/os_errors"

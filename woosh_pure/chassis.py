@@ -14,6 +14,7 @@ from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.msg import learned_paths
+from rosproto.profile import remembered
 from rosproto.sentence import led, say
 from rosproto.transport import Deadline, HostNames
 from rosproto.watchdog import Watchdog
@@ -67,7 +68,8 @@ class Chassis(Readings, MotionVerbs, Peripherals):
     All else: `set_pose`, `get_map`, `plan`, `set_footprint`, `set_navigation_mode`, `light`, `say` ...
 
     Args:
-        address: "169.254.128.2", "host:port" or a master URI; None takes $ROS_MASTER_URI.
+        address: "169.254.128.2", "host:port" or a master URI; None takes $ROS_MASTER_URI, else the robot that
+            `woosh connect` has saved.
         name: Prefix of our node's name.
         host: Our own address as the robot reaches it; None finds it from the route to the master.
         timeout: Default time limit for connecting and for services, s.
@@ -99,6 +101,8 @@ class Chassis(Readings, MotionVerbs, Peripherals):
         resolve: Mapping[str, str] | None = None,
         watchdog: bool | Watchdog = False,
     ) -> None:
+        if address is None and (profile := remembered()) is not None:
+            address, host = profile.chassis, host or profile.host
         self.master_uri = master_uri_of(address)
         timeout = as_float(timeout)
         self._aio: aio.Chassis | None = None

@@ -19,7 +19,8 @@ def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) 
     parser.add_argument(
         "--master",
         metavar="URI",
-        help="the ROS master, a URI or a host (default: $ROS_MASTER_URI, else http://localhost:11311)",
+        help="the ROS master, a URI or a host (default: $ROS_MASTER_URI, else that of `woosh connect`, "
+        "else http://localhost:11311)",
     )
     parser.add_argument(
         "--msg-path",
@@ -41,9 +42,12 @@ def add_graph_options(parser: argparse.ArgumentParser, *, as_json: bool = True) 
 
 
 def master_uri(arguments: argparse.Namespace) -> str:
-    """Return --master, else the environment's, else this computer's URI."""
+    """Return --master, else the environment's, else the saved one, else this computer's URI."""
+    from rosproto.profile import remembered
     from rosproto.transport.uri import DEFAULT_MASTER_URI, master_uri_of
 
+    if not arguments.master and (profile := remembered()) is not None:
+        return master_uri_of(profile.chassis)
     return master_uri_of(arguments.master or os.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
 
 

@@ -7,9 +7,10 @@ Numbers are plain decimals in ASCII. Python also accepts `1_0`, `1e1` and digits
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from rosproto.text import short
 
 _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")  # as many digits as 64 bits have
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
+_QUANTITY = re.compile(r"([+-]?[0-9.]*(?:,(?:[0-9]{1,2}|[0-9]{4,}))?)\s*([^\s0-9.,+-]*)")
 _SHOWN = 40
 MAX_NUMBER = 10**9
 """A wait of more seconds does not fit into the system's calls."""
@@ -34,9 +36,7 @@ def finite(text: str) -> float:
     """Parse a number of at most `MAX_NUMBER`, of either sign."""
     value = to_float(text)
     if not abs(value) <= MAX_NUMBER:
-        raise argparse.ArgumentTypeError(
-            say("{text}: must be at most {maximum}", text=_shown(text), maximum=MAX_NUMBER)
-        )
+        raise NotANumber(say("{text}: must be at most {maximum}", text=_shown(text), maximum=MAX_NUMBER))
     return value
 
 
@@ -83,6 +83,47 @@ def seconds(text: str) -> float:
     return value
 
 
+class Quantity:
+    """An argument type: a number in a unit, which may be written behind it.
+
+    A comma with three digits behind it is refused: it may separate thousands, or be a decimal comma.
+
+    Args:
+        noun: What is expected, in the plural.
+        examples: Of it.
+        units: The accepted units, with the size of each; "" for none.
+        maximum: The largest, of either sign.
+    """
+
+    def __init__(
+        self, noun: str, examples: str, units: Mapping[str, float], maximum: float = MAX_NUMBER
+    ) -> None:
+        self._noun, self._examples, self.units, self._maximum = noun, examples, units, maximum
+
+    def up_to(self, maximum: float) -> Quantity:
+        """Return the same with another maximum."""
+        return Quantity(self._noun, self._examples, self.units, maximum)
+
+    def __call__(self, text: str) -> float:
+        """Parse `0.5`, `0,5`, `50cm` or `50 cm`."""
+        found = _QUANTITY.fullmatch(text.strip())
+        if found is None or not found[1]:
+            return finite(text)  # raises
+        if found[2] not in self.units:
+            expected = "{text}: expected {noun}, such as {examples}"
+            noun = say(self._noun)
+            raise NotANumber(say(expected, text=_shown(text), noun=noun, examples=self._examples))
+        value = finite(found[1].replace(",", ".")) * self.units[found[2]]
+        return _require_within(value, text, -self._maximum, self._maximum)
+
+
+metres = Quantity("metres", "0.5, 50cm, 1m", {"": 1, "m": 1, "cm": 0.01, "mm": 0.001, "米": 1, "厘米": 0.01})
+_RADIAN = math.degrees(1.0)
+degrees = Quantity(
+    "degrees", "90, 90°, 1.57rad", {"": 1, "°": 1, "deg": 1, "degrees": 1, "度": 1, "rad": _RADIAN}
+)
+
+
 def natural(text: str) -> int:
     """Parse an integer, 0 or more."""
     return _whole(text, 0)
@@ -118,20 +159,14 @@ def whole_from(minimum: int, maximum: int) -> Callable[[str], int]:
 def number_from(minimum: float, maximum: float) -> Callable[[str], float]:
     """Return the type of a number from `minimum` to `maximum`."""
 
-    def parse(text: str) -> float:
-        value = finite(text)
-        if not minimum <= value <= maximum:
-            raise argparse.ArgumentTypeError(
-                say(
-                    "{text}: must be from {minimum:g} to {maximum:g}",
-                    text=_shown(text),
-                    minimum=minimum,
-                    maximum=maximum,
-                )
-            )
-        return value
+    return lambda text: _require_within(finite(text), text, minimum, maximum)
 
-    return parse
+
+def _require_within(value: float, text: str, minimum: float, maximum: float) -> float:
+    if not minimum <= value <= maximum:
+        wrong = "{text}: must be from {minimum:g} to {maximum:g}"
+        raise NotANumber(say(wrong, text=_shown(text), minimum=minimum, maximum=maximum))
+    return value
 
 
 def port(text: str) -> int:

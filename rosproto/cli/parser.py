@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any, NoReturn, cast
 
 from rosproto.sentence import Sentence, both, say
-from rosproto.text import wrapped
+from rosproto.text import near_names, wrapped
 
 WRONG_USE = 2
 
@@ -125,7 +125,7 @@ class Parser(argparse.ArgumentParser):
         `pub /cmd TYPE -r 1 -- 1 2` the remaining words are added to the argument that takes many.
         """
         try:
-            found, rest = super().parse_known_args(args, namespace)
+            found, rest = super().parse_known_args(self._with_units(args), namespace)
         except argparse.ArgumentError as error:
             why, name = _own_words(error.message), error.argument_name
             self.error(say("argument {name}: {why}", name=name, why=why) if name else why)
@@ -138,6 +138,19 @@ class Parser(argparse.ArgumentParser):
             unknown = say("not understood: {words}", words=" ".join(rest))
             self.error(both(unknown, *hint(words[0], self.options)) if words else unknown)
         return found, rest
+
+    def _with_units(self, words: Sequence[str] | None) -> Sequence[str] | None:
+        """Join `1 m`, and put a blank in front of `-90°`, which argparse takes for an option without it."""
+        if words is None or "--" in words or any(a.nargs in ("...", argparse.PARSER) for a in self.actions):
+            return words
+        units = {unit for action in self.actions for unit in getattr(action.type, "units", ())}
+        joined: list[str] = []
+        for word in words:
+            if joined and word in units and re.fullmatch(r"[+-]?[0-9.,]+", joined[-1]):
+                joined[-1] += word
+            else:
+                joined.append(word)
+        return [f" {word}" if re.match(r"-\.?[0-9][^ ]*[^0-9. ]", word) else word for word in joined]
 
     def add_subparsers(self, **options: Any) -> Any:
         """Like argparse's; the verbs also have the options of `shared`."""
@@ -222,14 +235,9 @@ def near(word: str, names: Iterable[str]) -> str:
     return "".join(f"; {hint}" for hint in hint(word, names))
 
 
-def hint(word: str, names: Iterable[str]) -> list[Sentence]:
-    """As `near`, for `both`."""
-    import difflib
-
-    by_lower: dict[str, str] = {}
-    for name in names:
-        by_lower.setdefault(name.lower(), name)
-    found = [by_lower[match] for match in difflib.get_close_matches(word.lower(), by_lower, 3, 0.72)]
+def hint(word: str, names: Iterable[str], cutoff: float = 0.72) -> list[Sentence]:
+    """As `near`, for `both`; `cutoff` as in `near_names`."""
+    found = near_names(word, names, cutoff=cutoff)
     return [say("did you mean {names}?", names=" or ".join(found))] if found else []
 
 

@@ -18,6 +18,7 @@ from rosproto.msg.parser import (
     parse_service,
 )
 from rosproto.msg.spec import ActionSpec, MessageSpec, ServiceSpec, md5_text, md5sum_of_texts
+from rosproto.text import near_names
 
 Spec = MessageSpec | ServiceSpec | ActionSpec
 
@@ -312,14 +313,12 @@ class DefinitionLibrary:
             yield from self._base._names(kind, package)
 
     def _missing(self, what: str, name: str, prefix: str = "") -> DefinitionError:
-        from difflib import get_close_matches
-
         package, _, base = name[:300].partition("/")
         packages = self.packages()
         known = [*self.messages(package), *self.services(package)] if package in packages else []
         # Bounded: a library from the network may hold many long names, which are slow to compare.
         names = [other.partition("/")[2] for other in known[:500]] if len(base) <= 64 else []
-        near = get_close_matches(base, names, 3)
+        near = near_names(base, names)
         if near:
             hint = "did you mean " + ", ".join(f"{package}/{other}" for other in near) + "?"
         elif known:
@@ -328,7 +327,7 @@ class DefinitionLibrary:
             hint = "the package is known, but empty"
         else:
             hint = "the package is not known" + "".join(
-                f"; did you mean {other}?" for other in get_close_matches(package, packages, 1)
+                f"; did you mean {other}?" for other in near_names(package, packages)[:1]
             )
         looked = ", ".join(self._places()) or "nothing: the library is empty"
         return DefinitionError(f"{prefix}no {what} {name[:300]!r}: {hint} (looked in {looked})")

@@ -25,6 +25,7 @@ from rosproto.node.clock import NodeClock
 from rosproto.node.outgoing.publisher import Publisher
 from rosproto.node.services.server import ServiceServer
 from rosproto.node.shutdown import Lifecycle
+from rosproto.text import near_names
 
 _TABLE = (
     # name, rosgraph_msgs/Log, logging
@@ -68,9 +69,7 @@ def set_level(name: str, level: str) -> None:
         raise ValueError(f"level {level!r} is not one of {', '.join(LEVELS)}")
     names = logger_names()
     if name and name not in names:
-        import difflib
-
-        near = difflib.get_close_matches(name, names, 3)
+        near = near_names(name, names)
         raise ValueError(f"no logger {name!r}{'; near: ' + ', '.join(near) if near else ''}")
     _logger(name).setLevel(value)
 

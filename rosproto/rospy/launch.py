@@ -19,6 +19,7 @@ from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING, NoReturn
 
 from rosproto.errors import RosError
+from rosproto.profile import remembered
 from rosproto.rospy.finder import MSG_PATH, serve
 from rosproto.startup import raise_on_interrupt
 
@@ -96,11 +97,13 @@ def run(arguments: argparse.Namespace) -> int:
         from rosproto.transport.uri import master_uri_of
 
         os.environ["ROS_MASTER_URI"] = master_uri_of(arguments.master)
+    saved = None if arguments.chassis else remembered()
     return run_at(
-        lambda: arguments.chassis,
+        lambda: arguments.chassis or (saved and saved.chassis),
         arguments.program,
         arguments.arguments,
         msg_path=arguments.msg_path,
+        own_address=saved and saved.host,
         resolve=arguments.resolve,
     )
 

@@ -5,13 +5,13 @@ Source: tf2 buffer_core.cpp; REP 105 (frame names), wiki.ros.org/tf2.
 
 from __future__ import annotations
 
-import difflib
 import math
 import threading
 from typing import Any, NoReturn
 
 from rosproto.errors import RosError, RosTimeout
 from rosproto.quaternion import normalized
+from rosproto.text import near_names
 from rosproto.tf.transform import StampedMessage, Transform, nanoseconds
 from rosproto.tf.tree import (
     MAX_FRAMES,
@@ -217,7 +217,7 @@ class TransformBuffer:
         for frame in (target, source):
             if frame in self._tree.names:
                 continue
-            near = difflib.get_close_matches(frame, self._tree.names, 3) or sorted(self._tree.names)[:10]
+            near = near_names(frame, self._tree.names) or sorted(self._tree.names)[:10]
             hint = f"; known are {', '.join(near)}" if near else "; no frame has been published yet"
             raise UnknownFrame(f"frame {frame!r} is unknown{hint}", frame=frame, target=target, source=source)
 

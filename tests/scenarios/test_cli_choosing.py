@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from rosproto.cli import main as rosproto
+from woosh_pure import Chassis
 from woosh_pure.cli import main
 
 pytestmark = pytest.mark.usefixtures("private_config")
@@ -28,6 +30,27 @@ def test_connect_remembers_a_chassis_that_answers(sim, capsys, private_config):
     assert main(["connect", "--forget", "--json"]) == 0
     assert '"forgotten": false' in capsys.readouterr().out
     assert main(["battery"]) == 2
+
+
+def test_programs_and_rosproto_know_what_connect_remembers(sim, capsys, private_config, monkeypatch):
+    """One rule: the argument, $ROS_MASTER_URI, the saved robot."""
+    assert main(["connect", sim.master_uri, "--host", "127.0.0.1"]) == 0
+    with Chassis() as chassis:
+        assert chassis.master_uri == sim.master_uri
+        assert chassis.node.host_given == "127.0.0.1"
+    assert rosproto(["topic", "list"]) == 0
+    assert "/robot_status" in capsys.readouterr().out
+    assert Chassis("10.0.0.1").master_uri == "http://10.0.0.1:11311/"
+    monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")
+    assert Chassis().master_uri.startswith("http://127.0.0.1:1")
+    assert rosproto(["topic", "list"]) != 0
+    assert rosproto(["topic", "list", "--master", sim.master_uri]) == 0
+
+
+def test_without_a_robot_the_error_names_every_way_to_one(capsys):
+    assert main(["battery"]) == 2
+    said = capsys.readouterr().err
+    assert all(way in said for way in ("ROS_MASTER_URI", "woosh connect 169.254.128.2", "woosh --sim"))
 
 
 def test_connect_saves_nothing_that_it_cannot_reach(capsys):

@@ -1,4 +1,5 @@
-"""Every example that a `--help` shows, run as it stands there, on a simulated chassis: each does what it promises.
+"""Every example that a `--help` shows, and every line of the pages that needs no robot or runs a program, is run as it
+stands there, on a simulated chassis: each does what it promises.
 
 Only addresses are put in (a chassis at 169.254.128.2 is on nobody's test machine) and ports that may be taken.
 """
@@ -6,6 +7,7 @@ Only addresses are put in (a chassis at 169.254.128.2 is on nobody's test machin
 from __future__ import annotations
 
 import contextlib
+import re
 import shlex
 import subprocess
 import sys
@@ -23,8 +25,12 @@ from tests.support.extras import needs
 from tests.support.options import Result, ctrl_c, run
 from tests.support.robot_pool import Robot
 from tests.support.tunable import Tunable
+from tests.test_documentation import commands
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli.entry import EXAMPLES as WOOSH
+from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.marks import MarkFile
+from woosh_pure.sim.site import built_in_site
 
 
 @dataclass(frozen=True)
@@ -75,6 +81,9 @@ WAYS: dict[str, Way] = {
     "woosh web --bind 0.0.0.0 --token Kd83-hsa2-Pq": Way(
         until="openapi.json", more=("--port", "0", "--no-browser"), code=130
     ),
+    "woosh foxglove --sim": Way(until="ws://", more=("--port", "0")),
+    "woosh --sim status": Way(shows="battery"),
+    "woosh --sim goto A1": Way(shows="arrived after"),
     "woosh --sim shell": Way(stdin="print(chassis)\n"),
     "rosproto topic echo /odom/pose/pose/position/x --plot": Way(until="/odom", code=130),
     "rosproto topic echo /scan --noarr --filter 'm.range_max > 10'": Way(shows="ranges", more=("-n", "2")),
@@ -103,7 +112,14 @@ WAYS: dict[str, Way] = {
         until="http://169.254.128.20:", more=("--port", "0")
     ),
 }
+for line in commands():
+    if line.startswith("woosh sim"):
+        more = () if "--port" in line else ("--port", "0")
+        WAYS[line] = Way(until="woosh --master http", more=more, code=130)
+OF_PAGES = [line for line in commands() if re.search(r"^woosh sim|--sim\b|\w\.py\b", line)]
+"""What a reader without a robot copies. `--master` of the example is the one that is started."""
 LINES = [line for examples in (WOOSH, ROSPROTO) for lines in examples.values() for line in lines]
+LINES += [line for line in OF_PAGES if line not in LINES]
 
 
 @pytest.fixture(scope="module")
@@ -151,8 +167,13 @@ def place(
         with BagWriter(tmp_path / "drive.bag") as bag:
             bag.write("/odom", odometry(), 1000.0)
             bag.write("/odom", odometry(), 1000.2)
+    if "hall.yaml" in request.node.name:
+        built_in_site().grid.save(tmp_path / "hall.yaml")
+        marks = MarkFile(tmp_path / "my-marks.json")
+        marks.put("shelf", Pose2D(2.0, 0.5))
+        marks.save()
     (tmp_path / "program.py").write_text(
-        "import rospy\nrospy.init_node('program')\nprint('speed', rospy.get_param('~speed'))\n"
+        "import rospy\nrospy.init_node('program')\nprint('speed', rospy.get_param('~speed', 0.1))\n"
     )
 
 

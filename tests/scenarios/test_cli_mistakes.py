@@ -40,8 +40,8 @@ def exit_code(line: str) -> object:
         ("plan A9", 2, "A9: give X Y DEGREES, or a mark whose pose is known here; your list has no marks"),
         ("plan 1 2", 2, "1: give X Y DEGREES, or a mark"),
         ("plan inf 0 0", 2, "'inf' is not a plain decimal number"),
-        (f"plan {400 * '9'} 0 0", 2, "finite"),
-        ("--sim plan A9", 2, "known here; marks: A1, A2"),
+        (f"plan {400 * '9'} 0 0", 2, "must be at most 1000000000"),
+        ("--sim plan A9", 2, "known here; did you mean A2 or A1?; marks: A1, A2"),
         ("forward 1", 2, "unknown command 'forward'; did you mean `woosh move 0.5`?"),
         ("go A1", 2, "did you mean `woosh goto A1`?"),
         ("led orang", 2, "did you mean orange?"),
@@ -121,9 +121,33 @@ def test_the_marks_of_the_list_are_named(woosh):
     """`woosh goto` alone is a question, and no order."""
     assert woosh("marks", "add", "仓库", "--no-pose")[0] == 0
     code, _, err = woosh("goto")
-    assert (code, err) == (2, "woosh: goto: give a mark or --pose X Y DEGREES; marks: 仓库\n")
+    marks = "A1, A2, B1, B2, C1, P1, W1, 仓库"  # the simulator's, too
+    assert (code, err) == (2, f"woosh: goto: give a mark or --pose X Y DEGREES; marks: {marks}\n")
     code, _, err = woosh("plan", "仓库")
-    assert (code, "whose pose is known here; marks: 仓库" in err) == (2, True)
+    assert (code, "whose pose is known here; marks: A1, " in err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "near"),
+    [
+        (("goto", "a1"), "A1"),
+        (("goto", "B9"), "B2 or B1"),
+        (("task", "pick", "b1"), "B1"),
+        (("charge", "c2"), "C1"),
+    ],
+)
+def test_a_mark_that_is_not_known_is_answered_by_near_ones_and_the_list(woosh, words, near):
+    """The simulator tells its marks; nothing is driven to by a guess."""
+    code, out, err = woosh(*words)
+    assert (code, out) == (3, "")
+    assert f"this mark is not known (robot state: idle); did you mean {near}" in err
+    assert "marks: A1, A2, B1, B2, C1, P1, W1" in err
+
+
+def test_a_mark_of_the_users_list_is_near_too(woosh):
+    assert woosh("marks", "add", "kitchen", "--pose", "1", "0", "0")[0] == 0
+    assert "did you mean kitchen?" in woosh("goto", "kitchn")[2]
+    assert "did you mean kitchen?" in woosh("plan", "kitchn")[2]
 
 
 def test_what_is_no_status_code_is_explained(woosh):

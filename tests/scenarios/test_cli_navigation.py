@@ -87,10 +87,22 @@ def test_localization(sim, woosh, document):
     code, facts = document("localization", "show")
     assert code == 0
     assert facts["deviation"][0] > 0.0
-    assert woosh("localization", "pose", "0.1", "-0.2", "-15", "--deviation", "0.3")[0] == 0
+    assert woosh("localization", "pose", "0.1", "-0.2", "-15°", "--deviation", "0.3")[0] == 0
     assert woosh("localization", "pose", "0", "0", "0", "--yaw-deviation", "0")[0] == 2
     assert woosh("localization", "stop")[0] == 0
     assert woosh("localization", "start")[0] == 0
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_position_counts_when_the_robot_reports_it(sim, woosh, document, lost):
+    """A hint far from where it stands is ignored by the localisation: that is exit code 1 and a sentence."""
+    if lost:
+        sim.lose_localization()
+    code, out, _ = woosh("localization", "pose", "5", "2", "90", "--wait", "1")
+    assert (code, "the robot has NOT taken it: it reports x 0.0" in out) == (1, True)
+    assert document("localization", "pose", "5", "2", "90", "--wait", "0.5")[1]["ok"] is False
+    code, out, _ = woosh("localization", "pose", "0", "0", "0", "--wait", "20")
+    assert (code, "the robot has taken it: it reports x " in out) == (0, True)
 
 
 def test_mode(sim, woosh, document):
@@ -144,18 +156,26 @@ def test_marks_of_the_simulated_hall_say_which_is_a_charger(capsys: pytest.Captu
 
 
 def test_marks_are_kept_and_used(sim, woosh, document, private_config):
-    assert "no marks" in woosh("marks", "list")[1]
+    hall = [*sim.world.site.marks]
+    assert [m["name"] for m in document("marks", "list")[1]] == sorted(hall)
     assert woosh("marks", "add", "A1", "--here", "--note", "shelf")[0] == 0
     assert woosh("marks", "add", "X2", "--pose", "1", "2", "90")[0] == 0
     assert woosh("marks", "add", "X3", "--no-pose")[0] == 0
     code, facts = document("marks", "list")
-    assert [m["name"] for m in facts] == ["A1", "X2", "X3"]
-    assert facts[1]["pose"]["yaw"] == pytest.approx(math.pi / 2, abs=1e-3)
+    assert [m["name"] for m in facts] == sorted({*hall, "A1", "X2", "X3"})
+    facts = {m["name"]: m for m in facts}
+    assert facts["A1"]["note"] == "shelf"  # ours goes before the simulator's
+    assert facts["X2"]["pose"]["yaw"] == pytest.approx(math.pi / 2, abs=1e-3)
     assert MarkFile(private_config / "marks.json").names == ["A1", "X2", "X3"]
     assert woosh("marks", "remove", "X3")[0] == 0
     code, _, err = woosh("marks", "remove", "X22")
     assert code == 1
     assert "near names: X2" in err
+
+
+def test_a_list_without_marks_says_so(private_config, capsys):
+    assert main(["--master", "http://127.0.0.1:1", "marks", "list"]) == 0
+    assert "no marks in" in capsys.readouterr().out
 
 
 def test_a_mark_is_kept_where_the_robot_is(sim, woosh, document, private_config):

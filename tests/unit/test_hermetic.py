@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from rosproto import profile as config
 from rosproto.msg.user_folder import revisions_folder
 from tests.support.watched.plugin import FOLDERS, expected, real_home
-from woosh_pure.cli import config, main
+from woosh_pure.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
 GRANDCHILD = "import subprocess, sys; sys.exit(subprocess.call([sys.executable, '-c', {!r}]))"

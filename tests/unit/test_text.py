@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosproto.text import cut, padded, printable, short, width, wrapped
+from rosproto.text import cut, near_names, padded, printable, short, width, wrapped
 
 
 @pytest.mark.parametrize(
@@ -65,3 +65,9 @@ def test_a_short_text_stays_and_a_long_one_says_that_it_was_cut() -> None:
     assert short("x" * 60) == "x" * 60
     assert short("x" * 61) == "x" * 57 + "..."
     assert short("abcdef", 5) == "ab..."
+
+
+def test_near_names_are_found_whatever_their_case_the_best_first() -> None:
+    assert near_names("KITCHN", ["kitchen", "hall", "Kitchenette"]) == ["kitchen", "Kitchenette"]
+    assert near_names("b9", ["B1", "A1"]) == []
+    assert near_names("b9", ["B1", "A1"], cutoff=0.4) == ["B1"]

@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import math
 from argparse import ArgumentParser
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosproto.cli import counted, folder_exists, positive, to_float
+from rosproto.cli import counted, degrees, folder_exists, hint, metres, positive, to_float
 from rosproto.files import write_file
-from rosproto.sentence import Sentence, both, say
-from woosh_pure.cli import config
+from rosproto.sentence import Sentence, both, say, sentence_of
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D, normalize_angle
 
@@ -61,8 +61,18 @@ def each_chassis(args: argparse.Namespace) -> list[tuple[str, str]]:
 
 def pose(values: Sequence[float]) -> Pose2D:
     """Return a pose in the map from X (m), Y (m) and yaw (degrees)."""
-    x, y, degrees = values
-    return Pose2D(x, y, normalize_angle(math.radians(degrees)))
+    x, y, yaw = values
+    return Pose2D(x, y, normalize_angle(math.radians(yaw)))
+
+
+def pose_of(texts: Sequence[str]) -> Pose2D:
+    """Parse X, Y and DEGREES of an option, each with a unit or without.
+
+    Raises:
+        NotANumber: One is not a number of that unit.
+    """
+    x, y, yaw = texts
+    return pose((metres(x), metres(y), degrees(yaw)))
 
 
 def corners(text: str) -> list[tuple[float, float]]:
@@ -88,28 +98,61 @@ def png_file(text: str) -> Path:
     return path
 
 
+def simulated_marks(args: argparse.Namespace) -> dict[str, UserMark]:
+    """Return the marks of --sim's hall, or of the simulator at the address, by name; none of a real robot."""
+    if args.sim:
+        from woosh_pure.sim.site import built_in_site
+
+        return built_in_site().user_marks()
+    from rosproto import MasterClient
+    from rosproto.errors import RosError
+    from rosproto.transport import HostNames
+    from woosh_pure.cli.connection import chosen, names
+    from woosh_pure.connection.arguments import master_uri_of
+    from woosh_pure.maps.marks import SIMULATED_MARKS, marks_of
+
+    try:
+        uri, hosts = master_uri_of(chosen(args)[0]), HostNames(names(args))
+        with MasterClient(uri, "/woosh_marks", timeout=1.0, hosts=hosts) as master:
+            return marks_of(str(master.get_param(SIMULATED_MARKS)))
+    except (RosError, ValueError):  # no address, nobody there, or a real robot: the caller finds out
+        return {}
+
+
 def marks_here(args: argparse.Namespace) -> dict[str, UserMark]:
-    """Return the locally known marks by name: those of --sim's hall, else the user's list.
+    """Return the known marks by name: those of a simulator and, except with --sim, those of the user's list.
 
     Raises:
         OSError, ValueError: The user's list cannot be read.
     """
-    from woosh_pure.maps.marks import MarkFile, UserMark
+    from woosh_pure.maps.marks import MarkFile, mark_file
 
-    if not args.sim:
-        return {mark.name: mark for mark in MarkFile(config.mark_file())}
-    from woosh_pure.sim.site import built_in_site
-
-    hall = built_in_site().marks.items()
-    return {name: UserMark(name, mark.pose, charger=mark.charger) for name, mark in hall}
+    own = {} if args.sim else {mark.name: mark for mark in MarkFile(mark_file())}
+    return {**simulated_marks(args), **own}
 
 
-def mark_missing(args: argparse.Namespace, wanted: str) -> Sentence:
-    """Return the error of a missing mark: the expected arguments and the known marks."""
+def mark_missing(args: argparse.Namespace, wanted: str, given: str = "") -> Sentence:
+    """Return the error of a missing mark: the expected arguments, and the known marks, near ones first."""
+    from woosh_pure.maps.marks import NEAR_MARK
+
     names = sorted(marks_here(args))
     if names:
-        return both(wanted, say("marks: {names}", names=names))
+        near = [] if given in names else hint(given, names, NEAR_MARK)
+        return both(wanted, *near, say("marks: {names}", names=names))
     return both(wanted, "your list has no marks yet: `woosh marks add NAME` keeps where the robot is")
+
+
+@contextmanager
+def marks_named(args: argparse.Namespace) -> Iterator[None]:
+    """Within the block, a chassis that refuses a task to an unknown mark is answered with the known marks."""
+    from woosh_pure.errors import MotionRefused
+
+    try:
+        yield
+    except MotionRefused as error:
+        if not error.robot_text or not args.mark or args.mark in marks_here(args):
+            raise
+        raise MotionRefused(mark_missing(args, sentence_of(error), args.mark)) from error
 
 
 def add_watchdog(parser: ArgumentParser) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
@@ -11,14 +10,15 @@ from typing import TYPE_CHECKING
 from rosproto.cli import never_wait_for_stdout, signals_ignored, watchdog_if
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.msg import environment_paths
+from rosproto.profile import remembered
 from rosproto.sentence import both, say, sentence_of
-from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import ChassisError, MotionRefused
 
 if TYPE_CHECKING:
     from rosproto.watchdog import Watchdog
     from woosh_pure.chassis import Chassis
+    from woosh_pure.sim.site import Site
 
 
 _ENDED_THERE = ("REPLACED", "CANCELLED", "REJECTED")
@@ -52,10 +52,8 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
                 )
             )
     address = args.master or args.chassis
-    if address or os.environ.get("ROS_MASTER_URI", "").strip():
-        return address, args.host
-    profile = config.load()
-    return (None, args.host) if profile is None else (profile.chassis, args.host or profile.host)
+    profile = None if address else remembered()
+    return (address, args.host) if profile is None else (profile.chassis, args.host or profile.host)
 
 
 def names(args: Namespace) -> dict[str, str]:
@@ -139,14 +137,21 @@ def reaching() -> Iterator[None]:
         raise ConnectionLost(both(sentence_of(error), try_it), peer=error.peer, why=why) from error
 
 
-def simulated(args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0) -> str:
-    """Start the simulated chassis of --sim and return its master's URI."""
+def simulated(
+    args: Namespace, out: Output, stack: ExitStack, speed: float = 1.0, site: Site | None = None
+) -> str:
+    """Start the simulated chassis of --sim, which is `args.simulator` then; return its master's URI."""
     if args.master or args.chassis:
         raise ValueError("--sim and an address contradict each other; give one of them")
     from woosh_pure.sim import SimulatedChassis
 
-    sim = stack.enter_context(SimulatedChassis(speed=speed if args.sim_speed is None else args.sim_speed))
-    out.line("simulated chassis at {uri}", uri=sim.master_uri)
+    speed = speed if args.sim_speed is None else args.sim_speed
+    args.simulator = sim = stack.enter_context(SimulatedChassis(speed=speed, site=site))
+    out.line(
+        "a new simulated robot, for this command alone, at {uri}; several commands share one with "
+        "`woosh sim` and, beside it, `woosh connect 127.0.0.1`",
+        uri=sim.master_uri,
+    )
     return sim.master_uri
 
 

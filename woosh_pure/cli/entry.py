@@ -217,7 +217,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "rotate": ("woosh rotate 90", "woosh rotate -45"),
     "map save": ("woosh map save hall",),
     "plan": ("woosh plan 3 1 0 --png way.png", "woosh --sim plan A1"),
-    "localization pose": ("woosh localization pose 1 0.5 90",),
+    "localization pose": ("woosh localization pose 0.2 -0.1 10",),
     "footprint": ("woosh footprint --rectangle 0.8 0.6",),
     "mode": ("woosh mode wait-then-avoid --waiting-timeout 10 --max-speed 0.5",),
     "marks add": ("woosh marks add 仓库 --note 'east door'", "woosh marks add A1 --on-chassis --pose 3 1 90"),

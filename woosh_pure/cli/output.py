@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from rosproto import cli
 from rosproto.cli import DONE, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, WRONG_USE, own
+from rosproto.sentence import Sentence, say
+from woosh_pure.enums import TaskState
+
+if TYPE_CHECKING:
+    from woosh_pure.values.state import RobotStatus
 
 REFUSED, NOT_KNOWN = 3, 5
 EXIT_CODES = {
@@ -45,6 +50,13 @@ def spoken(text: str, language: str) -> str:
     from woosh_pure.language.table import translator_for
 
     return translator_for(language).say(text)
+
+
+def task_words(status: RobotStatus) -> Sentence:
+    """Return the running task, or the last one."""
+    if status.task_state is TaskState.UNDEFINED:
+        return say("no task")
+    return say("task {id} {task}", id=status.task_id, task=status.task_state)
 
 
 @contextmanager

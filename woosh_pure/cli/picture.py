@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rosproto.sentence import say
-from woosh_pure.cli import config
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
-from woosh_pure.maps.marks import MarkFile, UserMark
+from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -50,7 +49,7 @@ def chart_png(grid: GridMap, out: Output, *, marks: bool = True, **what: Any) ->
     from rosproto.numeric import encode_png
 
     try:
-        pixels, notes = chart_of(grid, marks=MarkFile(config.mark_file()) if marks else (), **what)
+        pixels, notes = chart_of(grid, marks=MarkFile(mark_file()) if marks else (), **what)
     except ImportError:
         out.line(_NO_PILLOW)
         return encode_png(_grey(grid)[0])

@@ -15,6 +15,7 @@ import numpy as np
 
 from rosproto.errors import RosError
 from rosproto.text import cut, printable, width
+from woosh_pure.enums import TaskState
 from woosh_pure.faults import StatusCode
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
@@ -115,7 +116,8 @@ class Screen:
         yield from self._battery(scene)
         s = scene.status
         yield self._fact("state", None if s is None else f"{s.robot_state}, {s.robot_mode}")
-        yield self._fact("task", None if s is None else f"{s.task_id} {s.task_type} {s.task_state}")
+        if s is not None and s.task_state is not TaskState.UNDEFINED:
+            yield self._fact("task", f"{s.task_id} {s.task_type} {s.task_state}")
         if s is not None and s.destination:
             yield self._fact("to", s.destination)
         near = None if scene.nearest is None else f"nearest {scene.nearest:.2f} m"

@@ -31,7 +31,9 @@ def _as_uri(address: str | None) -> str:
         if not address:
             raise ValueError(
                 say(
-                    "no chassis given and ROS_MASTER_URI is not set; give an address such as {example}",
+                    "no chassis is given, and ROS_MASTER_URI is not set: give an address, or save it once "
+                    "with `woosh connect {example}`; without a robot: `woosh --sim`, in Python "
+                    "SimulatedChassis",
                     example=VENDOR_ADDRESS,
                 )
             )

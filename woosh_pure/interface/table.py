@@ -6,6 +6,7 @@ The rows, with their sources, are in `rows`; here they are looked up.
 from __future__ import annotations
 
 from rosproto.sentence import say
+from rosproto.text import near_names
 from woosh_pure.interface.rows import ROWS
 from woosh_pure.interface.schema import Flow, Row
 
@@ -33,9 +34,7 @@ def row(name: str) -> Row:
     try:
         return _BY_NAME["/" + name.lstrip("/")]
     except KeyError:
-        from difflib import get_close_matches
-
-        near = ", ".join(get_close_matches("/" + name.lstrip("/"), _BY_NAME, 3)) or "none is near"
+        near = ", ".join(near_names("/" + name.lstrip("/"), _BY_NAME)) or "none is near"
         raise KeyError(
             say("{name} is not in the chassis's interface; near names: {near}", name=name, near=near)
         ) from None
@@ -50,8 +49,6 @@ def find(feed: str) -> Row:
     try:
         return _BY_FEED[feed]
     except KeyError:
-        from difflib import get_close_matches
-
         topic = _BY_NAME.get("/" + feed)
         if topic is not None and topic.flow == "read":
             raise KeyError(
@@ -62,7 +59,7 @@ def find(feed: str) -> Row:
                 )
             ) from None
         readable = [name for name, one in _BY_NAME.items() if one.flow == "read"]
-        near = [*get_close_matches(feed, _BY_FEED, 3), *get_close_matches("/" + feed, readable, 3)]
+        near = [*near_names(feed, _BY_FEED), *near_names("/" + feed, readable)]
         raise KeyError(
             say(
                 "{feed} is not a feed of the chassis; near names: {near}",

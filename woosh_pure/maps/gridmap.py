@@ -118,7 +118,7 @@ class GridMap:
             raise ValueError(say("{yaml_path}: {error}", yaml_path=yaml_path, error=error)) from error
 
     def save(self, yaml_path: str | Path) -> tuple[Path, Path]:
-        """Write `name.yaml` and `name.pgm` as map_saver does; returns both paths.
+        """Write `name.yaml` and `name.pgm` as map_saver does, and return both; given `name.png`, that, too.
 
         The endings .yaml, .yml, .pgm and .png are not part of the name.
 
@@ -128,7 +128,10 @@ class GridMap:
         """
         from woosh_pure.maps.mapfiles import write_map
 
-        return write_map(Path(yaml_path), self.to_grey(), self.resolution, self.origin)
+        files = write_map(Path(yaml_path), self.to_grey(), self.resolution, self.origin)
+        if Path(yaml_path).suffix.lower() == ".png":
+            self.save_png(yaml_path)
+        return files
 
     def save_png(self, path: str | Path) -> Path:
         """Write a grey PNG picture: white free, black occupied, grey unknown."""
@@ -171,7 +174,8 @@ def grid_from_message(message: DynamicMessage) -> GridMap:
             )
         )
     origin = pose_of(info.origin, message.header.frame_id or "map")
-    return GridMap(cells.reshape(info.height, info.width), info.resolution, origin)
+    resolution = float(str(np.float32(info.resolution)))  # 0.05, which a float32 holds as 0.05000000074505806
+    return GridMap(cells.reshape(info.height, info.width), resolution, origin)
 
 
 def grid_message(grid: GridMap) -> DynamicMessage:

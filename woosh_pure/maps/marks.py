@@ -9,12 +9,18 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 
 from rosproto.files import read_text, save_file
+from rosproto.profile import directory
 from rosproto.sentence import say
+from rosproto.text import near_names
 from woosh_pure.geometry import Pose2D
+
+NEAR_MARK = 0.4
+"""`cutoff` of `near_names` for marks, whose names are short."""
+SIMULATED_MARKS = "/woosh_sim/marks"
+"""The parameter with the marks of a simulated chassis, as a text like a mark file; a real one has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +41,11 @@ class UserMark:
     note: str = ""
     charger: bool = False
     on_chassis: bool = True
+
+
+def mark_file() -> Path:
+    """Return the file of the user's marks."""
+    return directory() / "marks.json"
 
 
 class MarkFile:
@@ -76,8 +87,7 @@ class MarkFile:
 
     def _load(self) -> None:
         try:
-            entries = json.loads(read_text(self.path))
-            self._marks = {name: _mark(name, entry) for name, entry in entries.items()}
+            self._marks = marks_of(read_text(self.path))
         except (ValueError, TypeError, AttributeError, KeyError) as error:
             example = '{"A1": {"x": 3.0, "y": 1.0, "yaw": 1.57}}'
             raise ValueError(
@@ -102,7 +112,7 @@ class MarkFile:
         try:
             return self._marks[name]
         except KeyError:
-            near = ", ".join(get_close_matches(name, self._marks, 3, 0.4)) or "none is near"
+            near = ", ".join(near_names(name, self._marks, cutoff=NEAR_MARK)) or "none is near"
             raise KeyError(
                 say(
                     "mark {name!r} is not in {path}; near names: {near}", name=name, path=self.path, near=near
@@ -156,9 +166,23 @@ class MarkFile:
         for name in sorted(kept):
             known, mark = before.get(name), kept[name]
             texts[name] = known if known is not None and known[0] is mark else (mark, _text(mark))
-        text = ",\n".join(each for _, each in texts.values())
-        save_file(self.path, (f"{{\n{text}\n}}\n" if text else "{}\n").encode())
+        save_file(self.path, _joined(each for _, each in texts.values()).encode())
         self._marks, self._texts, self._read = kept, texts, self._stamp()
+
+
+def marks_of(text: str) -> dict[str, UserMark]:
+    """Return the marks of a mark file's text, by name; an invalid text raises one of many errors."""
+    return {name: _mark(name, entry) for name, entry in json.loads(text).items()}
+
+
+def text_of(marks: Iterable[UserMark]) -> str:
+    """Return the text of a mark file."""
+    return _joined(map(_text, marks))
+
+
+def _joined(texts: Iterable[str]) -> str:
+    text = ",\n".join(texts)
+    return f"{{\n{text}\n}}\n" if text else "{}\n"
 
 
 def _mark(name: str, entry: dict[str, object]) -> UserMark:

@@ -93,9 +93,7 @@ class Step:
 
     def __str__(self) -> str:
         if self.mode is StepMode.ROTATE:
-            return say(
-                "turn {angle:.3f} rad ({degrees:.1f}°)", angle=self.data, degrees=math.degrees(self.data)
-            )
+            return say("turn {degrees:.1f}°", degrees=math.degrees(self.data))
         if self.mode is StepMode.DIAGONAL:
             toward = math.degrees(self.angle)
             return say("diagonal {metres:.3f} m at {degrees:.1f}°", metres=self.data, degrees=toward)

@@ -30,6 +30,7 @@ from woosh_pure.firmware.versions import CURRENT
 from woosh_pure.firmware.versions import firmware as firmware_named
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap, grid_message
+from woosh_pure.maps.marks import SIMULATED_MARKS, text_of
 from woosh_pure.sim.graph import Graph
 from woosh_pure.sim.message_builders import PERIODIC, fill_plan, fill_status, fill_transforms, stamp
 from woosh_pure.sim.motions import PathMotion
@@ -374,6 +375,9 @@ class SimulatedChassis:
             fill_transforms(message, self.now, *links)
             publisher.publish(message)
         self._publish_volume(50)
+        # No topic or service lists the marks: a parameter tells them to our own commands and pages.
+        node = next(iter(self.graph.nodes.values()))
+        node.params[SIMULATED_MARKS] = text_of(self.world.site.user_marks().values())
 
     def _set_volume(self, message: DynamicMessage) -> None:
         self._publish_volume(min(100, message.percent))

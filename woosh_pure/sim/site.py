@@ -13,7 +13,7 @@ import numpy as np
 from rosproto.sentence import Sentence, say
 from woosh_pure.geometry import Pose2D, normalize_angle
 from woosh_pure.maps.gridmap import OCCUPIED, GridMap
-from woosh_pure.maps.marks import MarkFile
+from woosh_pure.maps.marks import MarkFile, UserMark
 
 __all__ = ["Mark", "Site", "built_in_site", "extent_of", "mark_of", "site_of"]
 
@@ -40,6 +40,10 @@ class Site:
     grid: GridMap
     marks: dict[str, Mark] = field(default_factory=dict)
     start: Pose2D = Pose2D(0.0, 0.0)  # noqa: RUF009  (frozen)
+
+    def user_marks(self) -> dict[str, UserMark]:
+        """Return the marks as a user's list has them, by name."""
+        return {name: UserMark(name, mark.pose, charger=mark.charger) for name, mark in self.marks.items()}
 
 
 _HALL = """
@@ -91,7 +95,7 @@ _MARK = re.compile(rf"(?P<name>.*\S.*)=(?P<x>{_NUMBER}),(?P<y>{_NUMBER}),(?P<yaw
 
 
 def mark_of(text: str) -> tuple[str, Pose2D]:
-    """Parse a mark such as `DOCK=1.5,-2,90` into its name and pose.
+    """Parse a mark such as `DOCK=1.5,0.5,90` into its name and pose.
 
     Raises:
         ValueError: The text has another form.
@@ -100,7 +104,7 @@ def mark_of(text: str) -> tuple[str, Pose2D]:
     if found is None:
         raise ValueError(
             say(
-                "--mark {text}: expected NAME=X,Y,YAW in metres, metres and degrees, such as DOCK=1.5,-2,90",
+                "--mark {text}: expected NAME=X,Y,YAW in metres, metres and degrees, such as DOCK=1.5,0.5,90",
                 text=text,
             )
         )

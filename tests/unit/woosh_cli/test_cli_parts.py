@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rosproto import profile as config
 from rosproto.errors import ConnectionLost
 from rosproto.json_values import plain
 from rosproto.numeric import encode_png
@@ -20,7 +21,7 @@ from rosproto.text import width
 from rosproto.time import Time
 from tests.support.png import read_png
 from tests.support.waiting import until
-from woosh_pure.cli import config, main
+from woosh_pure.cli import main
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.commands.devices import image_png
 from woosh_pure.cli.output import Output

@@ -19,12 +19,11 @@ from rosproto.cli import (
     until_interrupted,
     watchdog_if,
 )
-from woosh_pure.cli import config
 from woosh_pure.cli.connection import address_of, connect, names
 from woosh_pure.cli.output import Output
 from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
 from woosh_pure.interface.table import driving_patterns, find
-from woosh_pure.maps.marks import MarkFile, UserMark
+from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
 
 if TYPE_CHECKING:
     from rosproto.recording import Recorder
@@ -123,7 +122,7 @@ def run_foxglove(args: Namespace, out: Output) -> None:
         out.result({"layout": str(args.layout)})
         return
     options = server_options(args, write=driving_patterns() if args.allow_driving else ())
-    marks = _Marks(args.marks or config.mark_file())
+    marks = _Marks(args.marks or mark_file())
     with ExitStack() as stack:
         stack.enter_context(interrupt_on_signals())
         drives = options["access"].writes_anything

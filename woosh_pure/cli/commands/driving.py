@@ -6,10 +6,18 @@ import math
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli import finite, natural, number_from, positive, to_float, whole_from
+from rosproto.cli import degrees, metres, natural, positive, to_float, whole_from
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import POSE, add_timeout, mark_missing, marks_here, pose, word_of
+from woosh_pure.cli.arguments import (
+    POSE,
+    add_timeout,
+    mark_missing,
+    marks_here,
+    marks_named,
+    pose_of,
+    word_of,
+)
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.follow_goal import DriveLine, follow, report
 from woosh_pure.cli.output import Output
@@ -25,7 +33,7 @@ if TYPE_CHECKING:
 def add_goto(parser: ArgumentParser) -> None:
     parser.add_argument("mark", nargs="?", help="a mark of the chassis's map, or a place of your list")
     parser.add_argument("more", nargs="*", help=SUPPRESS)  # for a helpful error
-    parser.add_argument("--pose", nargs=3, type=finite, metavar=POSE, help="m, m and degrees")
+    parser.add_argument("--pose", nargs=3, metavar=POSE, help="m, m and degrees")
     add_timeout(parser)
 
 
@@ -36,12 +44,13 @@ def run_goto(args: Namespace, out: Output) -> int:
         raise ValueError(mark_missing(args, "give a mark or --pose X Y DEGREES"))
     if args.mark is not None and args.pose is not None:
         raise ValueError("give a mark or --pose X Y DEGREES, and not both")
-    target = pose(args.pose) if args.pose else _place(args, out)
+    target = pose_of(args.pose) if args.pose else _place(args, out)
     with connect(args, out) as chassis:
         line = DriveLine(chassis, target)
         where = target if args.mark is None else say("mark {name}", name=args.mark)
         if target is None:
-            handle = chassis.go_to_mark(args.mark)
+            with marks_named(args):
+                handle = chassis.go_to_mark(args.mark)
         else:
             handle = chassis.go_to(target.x, target.y, target.yaw)  # type: ignore[assignment]
         outcome = follow(handle, out, say("going to {where}", where=where), args.timeout, line)
@@ -100,7 +109,6 @@ def _add_task_kind(parser: ArgumentParser, *, carry: bool) -> None:
     parser.add_argument(
         "--pose",
         nargs=3,
-        type=finite,
         action="append",
         default=[],
         metavar=POSE,
@@ -130,17 +138,18 @@ def run_task(args: Namespace, out: Output) -> int:
     if args.verb == "carry":
         direction = Direction.LOAD if args.load else Direction.UNLOAD
     with connect(args, out) as chassis:
-        line = DriveLine(chassis, pose(args.pose[-1]) if args.pose else None)
-        handle = chassis.task(
-            TaskType[word_of(args.verb)],
-            args.mark,
-            poses=[pose(values) for values in args.pose],
-            direction=direction,
-            type_number=args.type_number,
-            custom=args.custom,
-            timeout=args.timeout,
-        )
-        where = args.mark or pose(args.pose[-1])
+        line = DriveLine(chassis, pose_of(args.pose[-1]) if args.pose else None)
+        with marks_named(args):
+            handle = chassis.task(
+                TaskType[word_of(args.verb)],
+                args.mark,
+                poses=[pose_of(values) for values in args.pose],
+                direction=direction,
+                type_number=args.type_number,
+                custom=args.custom,
+                timeout=args.timeout,
+            )
+        where = args.mark or pose_of(args.pose[-1])
         text = say("{verb} {where} (task {id})", verb=say(args.verb), where=where, id=handle.task_id)
         outcome = follow(handle, out, text, args.timeout, line)
         return report(outcome, out, task_id=handle.task_id)
@@ -178,7 +187,8 @@ def run_charge(args: Namespace, out: Output) -> int:
         raise ValueError(mark_missing(args, "give the mark of a charger"))
     with connect(args, out) as chassis:
         line = DriveLine(chassis)
-        handle = chassis.charge(args.mark, timeout=args.timeout)
+        with marks_named(args):
+            handle = chassis.charge(args.mark, timeout=args.timeout)
         outcome = follow(handle, out, say("going to charge at {mark}", mark=args.mark), args.timeout, line)
         battery = _charging_battery(chassis)
         if battery is not None:
@@ -195,7 +205,7 @@ def _charging_battery(chassis: Chassis) -> Battery | None:
 
 
 def add_move(parser: ArgumentParser) -> None:
-    parser.add_argument("metres", type=number_from(-10.0, 10.0), help="at most 10")
+    parser.add_argument("metres", type=metres.up_to(10.0), help="at most 10")
     parser.add_argument(
         "--speed", type=positive, default=0.0, metavar="M/S", help="default: the chassis's 0.2"
     )
@@ -215,7 +225,7 @@ def run_move(args: Namespace, out: Output) -> int:
 
 
 def add_rotate(parser: ArgumentParser) -> None:
-    parser.add_argument("degrees", type=finite, help="at most 3600")
+    parser.add_argument("degrees", type=degrees, help="at most 3600")
     parser.add_argument(
         "--speed", type=positive, default=0.0, metavar="DEG/S", help="default: the chassis's 5.7"
     )

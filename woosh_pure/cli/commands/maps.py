@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from argparse import SUPPRESS, ArgumentParser, Namespace
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import finite, seconds
+from rosproto.cli import seconds
 from rosproto.errors import RosError, RosTimeout
 from rosproto.files import write_file
 from rosproto.sentence import say
 from rosproto.text import padded, width
-from woosh_pure.cli import config
-from woosh_pure.cli.arguments import POSE, add_wait, marks_here, pose, wait_for
+from woosh_pure.cli.arguments import POSE, add_wait, marks_here, pose_of, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import ChassisError
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
-from woosh_pure.maps.marks import MarkFile, UserMark
+from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
 from woosh_pure.reasons import ReasonKey
 
 if TYPE_CHECKING:
@@ -38,7 +37,6 @@ def add_map(parser: ArgumentParser) -> None:
     change.add_argument(
         "--pose",
         nargs=3,
-        type=finite,
         metavar=POSE,
         help="where the robot is in it: m, m and degrees (0 0 0)",
     )
@@ -133,7 +131,7 @@ def _path(chassis: Chassis, listen: float, out: Output) -> Sequence[Pose2D]:
 def _set_map(args: Namespace, out: Output) -> None:
     grid = GridMap.load(args.file)
     with connect(args, out) as chassis, out.working("sending the map"):
-        chassis.set_map(grid, pose(args.pose) if args.pose else None)
+        chassis.set_map(grid, pose_of(args.pose) if args.pose else None)
     _say_size(grid, out)
     out.line("the chassis accepted it")
     out.result(_map_facts(grid))
@@ -146,7 +144,7 @@ def add_marks(parser: ArgumentParser) -> None:
     add = verbs.add_parser("add", help="add or replace a mark")
     add.add_argument("name", help="of a place, or of a mark on the chassis's map (--on-chassis)")
     place = add.add_mutually_exclusive_group()
-    place.add_argument("--pose", nargs=3, type=finite, metavar=POSE, help="m, m and degrees in the map")
+    place.add_argument("--pose", nargs=3, metavar=POSE, help="m, m and degrees in the map")
     place.add_argument("--here", action="store_true", help="where the robot is now (the default)")
     place.add_argument(
         "--no-pose", action="store_true", help="only the name of a mark on the chassis's map; asks no robot"
@@ -165,14 +163,15 @@ def add_marks(parser: ArgumentParser) -> None:
 
 
 def run_marks(args: Namespace, out: Output) -> None:
-    if args.sim and args.file is None:
-        _simulated_marks(args, out)
-        return
-    marks = MarkFile(args.file or config.mark_file())
+    if args.sim and args.file is None and args.verb != "list":
+        raise ValueError(
+            "--sim ends with this command, and your list is for real robots; give another one: --file FILE"
+        )
+    marks = MarkFile(args.file or mark_file())
     if args.verb == "add":
         before = {mark.name: mark for mark in marks}.get(args.name)
         on_chassis = args.on_chassis or (args.no_pose and not args.place)
-        where = pose(args.pose) if args.pose else None if args.no_pose else _here(args, out)
+        where = pose_of(args.pose) if args.pose else None if args.no_pose else _here(args, out)
         mark = marks.put(args.name, where, args.note, on_chassis=on_chassis)
         marks.save()
         out.line(
@@ -189,26 +188,16 @@ def run_marks(args: Namespace, out: Output) -> None:
         marks.remove(args.mark)
         marks.save()
         out.line("removed {name}", name=args.mark)
-    else:
-        _print_marks(marks, out)
-        if not len(marks):
+    known = marks_here(args).values() if args.verb == "list" and args.file is None else marks
+    listed = sorted(known, key=lambda m: m.name)
+    if args.verb == "list":
+        _print_marks(listed, out)
+        if not listed:
             out.line("no marks in {path}; add one with `woosh marks add NAME`", path=marks.path)
-    out.result(sorted(marks, key=lambda m: m.name))
+    out.result(listed)
 
 
-def _simulated_marks(args: Namespace, out: Output) -> None:
-    """With --sim: list the marks of the simulated hall; refuse changes."""
-    if args.verb != "list":
-        raise ValueError(
-            "--sim ends with this command, and your list is for real robots; give another one: --file FILE"
-        )
-    marks = [mark for _, mark in sorted(marks_here(args).items())]
-    _print_marks(marks, out)
-    out.result(marks)
-
-
-def _print_marks(marks: Iterable[UserMark], out: Output) -> None:
-    listed = list(marks)
+def _print_marks(listed: Sequence[UserMark], out: Output) -> None:
     column = max((width(mark.name) for mark in listed), default=0)
     for mark in listed:
         name = padded(mark.name, max(12, column))

@@ -5,8 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from argparse import ArgumentParser, Namespace
+from typing import TYPE_CHECKING
 
-from rosproto.cli import counted, finite, natural, positive, seconds, to_float
+from rosproto.cli import DONE, FAILED, counted, degrees, metres, natural, positive, seconds
+from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import (
     POSE,
@@ -16,6 +18,7 @@ from woosh_pure.cli.arguments import (
     marks_here,
     png_file,
     pose,
+    pose_of,
     wait_for,
     word_of,
     write,
@@ -24,6 +27,10 @@ from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.geometry import Footprint, Pose2D
+from woosh_pure.reasons import ReasonKey
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
 
 
 def add_localization(parser: ArgumentParser) -> None:
@@ -34,14 +41,15 @@ def add_localization(parser: ArgumentParser) -> None:
     verbs.add_parser("stop", help="stop it")
     tell = verbs.add_parser("pose", help="set the position of the robot, for example after power-up")
     # Three arguments: argparse cannot describe one positional of three values.
-    tell.add_argument("x", type=finite, metavar="X", help="m, in the map")
-    tell.add_argument("y", type=finite, metavar="Y", help="m, in the map")
-    tell.add_argument("degrees", type=finite, metavar="DEGREES", help="heading, counter-clockwise from x")
+    tell.add_argument("x", type=metres, metavar="X", help="m, in the map")
+    tell.add_argument("y", type=metres, metavar="Y", help="m, in the map")
+    tell.add_argument("degrees", type=degrees, metavar="DEGREES", help="heading, counter-clockwise from x")
     tell.add_argument("--deviation", type=positive, default=0.25, metavar="M", help="1 sigma (0.25)")
     tell.add_argument("--yaw-deviation", type=positive, default=15.0, metavar="DEGREES", help="1 sigma (15)")
+    add_wait(tell)
 
 
-def run_localization(args: Namespace, out: Output) -> None:
+def run_localization(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         if args.verb == "show":
             estimate = wait_for(chassis.localization, args, out)
@@ -52,6 +60,7 @@ def run_localization(args: Namespace, out: Output) -> None:
             out.result({"pose": estimate.pose, "deviation": sigma})
         elif args.verb == "pose":
             where = pose((args.x, args.y, args.degrees))
+            was_lost = _is_lost(chassis)
             with out.working("sending the position"):
                 chassis.set_pose(
                     where,
@@ -59,23 +68,53 @@ def run_localization(args: Namespace, out: Output) -> None:
                     yaw_deviation=math.radians(args.yaw_deviation),
                 )
             out.line("position sent: {where}", where=where)
-            out.result({"told": where})
+            with out.working("waiting for the localisation"):
+                taken = _is_taken(chassis, where, args.wait, was_lost=was_lost)
+            here = chassis.pose.latest
+            if taken:
+                out.line("the robot has taken it: it reports {where}", where=here)
+            else:
+                where_now = here or say("a pose that was not heard")
+                out.line("the robot has NOT taken it: it reports {where}; check the numbers", where=where_now)
+            out.result({"ok": taken, "told": where, "pose": here})
+            return DONE if taken else FAILED
         else:
             with out.working("asking the localisation"):
                 chassis.start_localization(args.verb == "start")
             out.line("localisation: {verb}", verb=args.verb)
             out.result({"done": args.verb})
+        return DONE
+
+
+_NEAR_METRES, _NEAR_RADIANS = 0.3, 0.35
+"""How near a reported pose is to the one that was taken, as on the page."""
+
+
+def _is_lost(chassis: Chassis) -> bool:
+    return any(reason.key is ReasonKey.NOT_LOCALISED for reason in chassis.readiness().reasons)
+
+
+def _is_taken(chassis: Chassis, told: Pose2D, timeout: float, *, was_lost: bool) -> bool:
+    """Wait until the robot reports the pose that it was told; one that was lost may report one beside it."""
+
+    def accept(pose: Pose2D) -> bool:
+        near = pose.distance_to(told) <= _NEAR_METRES and abs(pose.angle_to(told)) <= _NEAR_RADIANS
+        return (near or was_lost) and not _is_lost(chassis)
+
+    try:
+        chassis.pose.wait_for(accept, timeout)
+    except RosTimeout:
+        return False
+    return True
 
 
 def add_plan(parser: ArgumentParser) -> None:
     parser.add_argument("mark", metavar="X|MARK", help="m, in the map; or a mark whose pose is known here")
-    parser.add_argument("y", nargs="?", type=finite, metavar="Y", help="m, in the map")
+    parser.add_argument("y", nargs="?", type=metres, metavar="Y", help="m, in the map")
     parser.add_argument(
-        "degrees", nargs="?", type=finite, metavar="DEGREES", help="heading, counter-clockwise from x"
+        "degrees", nargs="?", type=degrees, metavar="DEGREES", help="heading, counter-clockwise from x"
     )
-    parser.add_argument(
-        "--start", nargs=3, type=finite, metavar=POSE, help="from here (default: where the robot is)"
-    )
+    parser.add_argument("--start", nargs=3, metavar=POSE, help="from here (default: where the robot is)")
     parser.add_argument(
         "--tolerance", type=seconds, default=0.0, metavar="M", help="how far the end may be moved (0)"
     )
@@ -85,7 +124,7 @@ def add_plan(parser: ArgumentParser) -> None:
 def run_plan(args: Namespace, out: Output) -> int:
     file, target = None, _plan_target(args)
     with connect(args, out) as chassis:
-        start = pose(args.start) if args.start else None
+        start = pose_of(args.start) if args.start else None
         with out.working("planning"):
             path = chassis.plan(target, start, tolerance=args.tolerance)
         if args.png:
@@ -110,11 +149,11 @@ def run_plan(args: Namespace, out: Output) -> int:
 def _plan_target(args: Namespace) -> Pose2D:
     """Return the pose of three numbers or of a locally known mark: the chassis reports no poses of marks."""
     if args.degrees is not None:
-        return pose((to_float(args.mark), args.y, args.degrees)).require_finite()
+        return pose((metres(args.mark), args.y, args.degrees)).require_finite()
     mark = marks_here(args).get(args.mark) if args.y is None else None
     if mark is None or mark.pose is None:
         wrong = say("{place}: give X Y DEGREES, or a mark whose pose is known here", place=args.mark)
-        raise ValueError(mark_missing(args, wrong))
+        raise ValueError(mark_missing(args, wrong, args.mark))
     return mark.pose
 
 

@@ -18,15 +18,15 @@ from typing import TYPE_CHECKING, Any
 import rosproto
 from rosproto.cli import add_completion_arguments, answer_completion, seconds, unguarded
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
+from rosproto.profile import Profile, forget, load, profile_file, save
 from rosproto.sentence import both, say, sentence_of
 from rosproto.version import __version__
-from woosh_pure.cli import config
 from woosh_pure.cli.arguments import enum_words
 from woosh_pure.cli.connection import address_of, connect, names
 from woosh_pure.cli.follow_goal import DriveLine, follow
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import LedState
-from woosh_pure.maps.marks import MarkFile
+from woosh_pure.maps.marks import MarkFile, mark_file
 
 if TYPE_CHECKING:
     from woosh_pure.doctor.checks import Finding
@@ -139,7 +139,7 @@ def _save_profile(address: str, args: Namespace, out: Output) -> None:
     uri = master_uri_of(address)
     if not args.unchecked:
         _require_master(uri, args, out)
-    path = config.save(config.Profile(address, args.host))
+    path = save(Profile(address, args.host))
     out.line("{uri} is now the default chassis (in {path})", uri=uri, path=path)
     out.result({"chassis": address, "master_uri": uri, "host": args.host, "file": str(path)})
 
@@ -162,24 +162,24 @@ def _require_master(uri: str, args: Namespace, out: Output) -> None:
 
 
 def _show_profile(out: Output) -> int:
-    profile = config.load()
+    profile = load()
     if profile is None:
         out.line("no chassis is saved; `woosh connect HOST` saves one")
     else:
         shown = "{chassis}, our address {host} (in {path})" if profile.host else "{chassis} (in {path})"
-        out.line(shown, chassis=profile.chassis, host=profile.host, path=config.profile_file())
+        out.line(shown, chassis=profile.chassis, host=profile.host, path=profile_file())
     out.result(
         {
             "chassis": profile.chassis if profile else None,
             "host": profile.host if profile else None,
-            "file": str(config.profile_file()),
+            "file": str(profile_file()),
         }
     )
     return 0 if profile else 1
 
 
 def _forget_profile(out: Output) -> None:
-    known = config.forget()
+    known = forget()
     out.line("forgotten" if known else "no chassis was saved")
     out.result({"forgotten": known})
 
@@ -373,7 +373,7 @@ def run_completion(args: Namespace, out: Output) -> int:
     from woosh_pure.cli.entry import parser_for
 
     values: dict[str, Callable[[], list[str]]] = {
-        "mark": lambda: MarkFile(config.mark_file()).names,  # the chassis cannot list its own
+        "mark": lambda: MarkFile(mark_file()).names,  # the chassis cannot list its own
         "state": lambda: enum_words(LedState),
         "color": lambda: list(COLOURS),
     }

@@ -12,7 +12,7 @@ from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, wait_for
 from woosh_pure.cli.connection import connect
-from woosh_pure.cli.output import NOT_KNOWN, READY, Output
+from woosh_pure.cli.output import NOT_KNOWN, READY, Output, task_words
 from woosh_pure.enums import RobotState, TaskState
 from woosh_pure.errors import ChassisError
 from woosh_pure.faults import StatusCode, all_codes, decode_status_code
@@ -74,12 +74,11 @@ def _status_line(name: str, reading: Reading[Any] | None) -> str:
     v = reading.value
     lines: dict[str, Callable[[], str]] = {
         "status": lambda: say(
-            "{state}, {mode}, {work} mode; task {id} {task}",
+            "{state}, {mode}, {work} mode; {task}",
             state=v.robot_state,
             mode=v.robot_mode,
             work=v.work_mode,
-            id=v.task_id,
-            task=v.task_state,
+            task=task_words(v),
         ),
         "battery": lambda: say(
             "{percent} %, {volts:.1f} V, {amperes:.1f} A, {charge}",

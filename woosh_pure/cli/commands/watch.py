@@ -23,7 +23,7 @@ from rosproto.cli import (
 from rosproto.sentence import say
 from woosh_pure.cli.commands.state import as_json
 from woosh_pure.cli.connection import connect
-from woosh_pure.cli.output import Output, full_screen
+from woosh_pure.cli.output import Output, full_screen, task_words
 
 if TYPE_CHECKING:
     from rosproto.transport import Deadline
@@ -107,9 +107,7 @@ def one_line(scene: Scene) -> list[str]:
         str(scene.pose or "pose not heard"),
         "velocity not heard" if v is None else f"{v.vx:+.2f} m/s {v.wz:+.2f} rad/s",
         "battery not heard" if b is None else f"{b.percent} %",
-        "state not heard"
-        if s is None
-        else say("{state}, task {id} {task}", state=s.robot_state, id=s.task_id, task=s.task_state),
+        "state not heard" if s is None else say("{state}, {task}", state=s.robot_state, task=task_words(s)),
     ]
     if scene.nearest is not None:
         parts.append(say("nearest {metres:.2f} m", metres=scene.nearest))

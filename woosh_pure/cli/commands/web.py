@@ -22,10 +22,10 @@ from rosproto.cli import (
 )
 from rosproto.errors import RosError
 from rosproto.sentence import say
-from woosh_pure.cli.arguments import add_watchdog, each_chassis, marks_here, named_host
+from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, simulated_marks
 from woosh_pure.cli.connection import connect, reaching, watchdog_of
 from woosh_pure.cli.output import Output
-from woosh_pure.maps.marks import MarkFile, UserMark
+from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -208,16 +208,14 @@ def _called(address: str) -> str:
 
 def _marks(args: Namespace, out: Output) -> Iterable[UserMark]:
     """Return the marks of the file, the simulated hall or the user's list; the page saves to the file."""
-    from woosh_pure.cli import config
-
     if args.marks is not None:
         if not args.marks.exists():
             raise ValueError(say("--marks {marks}: there is no such file", marks=args.marks))
         return MarkFile(args.marks)
-    if args.sim:
-        return marks_here(args).values()
+    if marks := simulated_marks(args):
+        return marks.values()
     try:
-        return MarkFile(config.mark_file())
+        return MarkFile(mark_file())
     except (OSError, ValueError) as error:
         out.line("no marks: {error}", error=error)
         return []

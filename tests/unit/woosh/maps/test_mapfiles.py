@@ -183,6 +183,11 @@ def test_the_endings_of_the_files_are_not_part_of_the_name(tmp_path, name):
     assert GRID.save(tmp_path / name) == (tmp_path / "hall.yaml", tmp_path / "hall.pgm")
 
 
+def test_a_map_saved_as_png_is_a_picture_too(tmp_path):
+    GRID.save(tmp_path / "hall.png")
+    assert (tmp_path / "hall.png").read_bytes().startswith(b"\x89PNG")
+
+
 @pytest.mark.parametrize("name", ["a\nb", "a\tb", "\udcff", "."])
 def test_a_name_that_cannot_be_written_is_refused_before_anything_is_written(tmp_path, name):
     with pytest.raises(ValueError, match="cannot be the name of a map"):

@@ -1,4 +1,8 @@
-"""The saved default chassis (`woosh connect`), and the folder of the user's files on each OS."""
+"""The saved default robot (`woosh connect`), and the folder of the user's files on each OS.
+
+Which master, one rule for `woosh`, `rosproto` and `Chassis()`: the argument or option, else $ROS_MASTER_URI,
+else the saved one.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,8 @@ from typing import NamedTuple
 
 from rosproto.files import read_text, save_file
 from rosproto.sentence import say
+
+__all__ = ["Profile", "directory", "forget", "load", "profile_file", "remembered", "save"]
 
 
 class Profile(NamedTuple):
@@ -56,11 +62,6 @@ def profile_file() -> Path:
     return directory() / "profile.json"
 
 
-def mark_file() -> Path:
-    """Return the file of the user's marks, see `woosh_pure.maps.marks`."""
-    return directory() / "marks.json"
-
-
 def load() -> Profile | None:
     """Return the saved chassis, or None.
 
@@ -83,6 +84,15 @@ def load() -> Profile | None:
                 error=error,
             )
         ) from error
+
+
+def remembered() -> Profile | None:
+    """Return the saved chassis; None without one, and where $ROS_MASTER_URI goes before it.
+
+    Raises:
+        ValueError: The file is invalid.
+    """
+    return None if os.environ.get("ROS_MASTER_URI", "").strip() else load()
 
 
 def save(profile: Profile) -> Path:
