@@ -115,11 +115,13 @@ WAYS: dict[str, Way] = {
 for line in commands():
     if line.startswith("woosh sim"):
         more = () if "--port" in line else ("--port", "0")
+        if "--robots" in line:
+            more += ("--page-port", "0")
         WAYS[line] = Way(until="woosh --master http", more=more, code=130)
 OF_PAGES = [line for line in commands() if re.search(r"^woosh sim|--sim\b|\w\.py\b", line)]
-"""What a reader without a robot copies. `--master` of the example is the one that is started."""
+"""What a reader without a robot copies; test_cli_run.py has those with --watch, for a process of their own."""
 LINES = [line for examples in (WOOSH, ROSPROTO) for lines in examples.values() for line in lines]
-LINES += [line for line in OF_PAGES if line not in LINES]
+LINES = [line for line in dict.fromkeys([*LINES, *OF_PAGES]) if "--watch" not in line]
 
 
 @pytest.fixture(scope="module")
@@ -167,6 +169,8 @@ def place(
         with BagWriter(tmp_path / "drive.bag") as bag:
             bag.write("/odom", odometry(), 1000.0)
             bag.write("/odom", odometry(), 1000.2)
+    (tmp_path / "token.txt").write_text("Kd83-hsa2-Pq")
+    (tmp_path / "token.txt").chmod(0o600)
     if "hall.yaml" in request.node.name:
         built_in_site().grid.save(tmp_path / "hall.yaml")
         marks = MarkFile(tmp_path / "my-marks.json")

@@ -15,6 +15,7 @@ if sys.platform == "win32":
 
 from rosproto import Node
 from tests.support.terminal import ELSEWHERE, LAUNCH, Terminal
+from tests.support.woosh_command import woosh_process
 from woosh_pure import Chassis
 from woosh_pure.geometry import Pose2D
 
@@ -441,3 +442,40 @@ def test_shell_is_python_with_a_chassis(slow):
         terminal.wait_for(lambda text: re.search(r"^87\s+>>>", text, re.M))  # it reads again
         terminal.send("\x04")
         assert terminal.exit_code() == 0
+
+
+@pytest.mark.slow
+def test_a_simulated_robot_is_driven_at_once():
+    """No warning and no question: nothing can be hit. The line of --sim says whose robot it is, and how to share one."""
+    with Terminal("--sim", "drive", columns=200) as terminal:
+        terminal.wait_for("measured +0.00")
+        assert "Type yes" not in terminal.text
+        assert "a new simulated robot, for this command alone" in terminal.text
+        assert "`woosh sim` and, beside it, `woosh connect 127.0.0.1`" in terminal.text
+        terminal.send("w")
+        terminal.wait_for(lambda text: "sent +0.1" in text)
+        terminal.send("q")
+        terminal.wait_for("stands still")
+
+
+@pytest.mark.slow
+def test_the_address_for_a_phone_is_whole_where_the_terminal_is_the_owners(tmp_path):
+    """With the token and as a QR code; neither a pipe nor a log gets the token of a file."""
+    pytest.importorskip("fastapi", reason="needs the extra `web`")
+    pytest.importorskip("segno", reason="needs the extra `web`")
+    token = tmp_path / "token"
+    token.write_text("Kd83-hsa2-Pq")
+    token.chmod(0o600)
+    words = ("--sim", "web", "--bind", "0.0.0.0", "--port", "0", "--no-browser", "--token-file", str(token))
+    with Terminal(*words, columns=200, rows=60) as terminal:
+        text = terminal.wait_for("for programs:")
+        assert re.search(r"the page for others: http://(?!127)[^/]+:\d+/#token=Kd83-hsa2-Pq", text)
+        assert text.count("█") > 200
+    process = woosh_process(*words)
+    try:
+        lines = [process.stdout.readline() for _ in range(3)]
+    finally:
+        process.kill()
+        process.communicate(timeout=10)
+    assert any("the page for others: http://" in line for line in lines)
+    assert not any("Kd83" in line or "█" in line for line in lines)

@@ -28,9 +28,10 @@ from tests.support.robot_pool import RobotPool
 from tests.support.ros import free_port
 from tests.support.web import PageClient, Served
 from tests.support.woosh_command import woosh_process
-from woosh_pure import SimulatedChassis
-from woosh_pure.cli.commands.web import _first, _further
+from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.cli.commands.web import _first, _further, page_of
 from woosh_pure.cli.entry import parser_for
+from woosh_pure.cli.output import Output
 from woosh_pure.maps.marks import MarkFile
 
 TOKEN = "made-by-chance"
@@ -248,3 +249,46 @@ def test_a_robot_that_is_off_is_waited_for(private_config: Path, until: Callable
                 page.of("pose")
                 until(lambda: web.get("status").status == 200, what="the robot being reached")
                 assert "connected" in process.stdout.readline() + process.stdout.readline()
+
+
+@pytest.mark.slow
+def test_a_simulated_robot_may_be_driven_and_each_pupil_has_one() -> None:
+    """`woosh sim --robots 2`: one process, an address each, one page with all, and driving by hand is on."""
+    process = woosh_process("sim", "--robots", "2", "--port", "0", "--page-port", "0")
+    try:
+        assert process.stdout is not None
+        said = [process.stdout.readline() for _ in range(7)]
+        uris = [line.split()[4].rstrip(",") for line in said[:2]]
+        assert [line.split(":")[0] for line in said[:2]] == ["robot1", "robot2"]
+        pages = [line.split()[-1] for line in said if line.startswith("the page for others: ")]
+        assert [page.rpartition("/robots/")[2] for page in pages] == ["robot1/", "robot2/"]
+        with Chassis(uris[1]) as second:
+            second.move(0.3).wait(timeout=20)
+        where = []
+        for page in pages:
+            with urllib.request.urlopen(f"{page}api/v1/snapshot", timeout=20) as answer:
+                where.append(json.load(answer)["pose"]["x"])
+        assert (where[0] < 0.1, where[1] > 0.2) == (True, True)
+    finally:
+        process.kill()
+        process.communicate(timeout=10)
+
+
+@pytest.mark.parametrize(
+    ("words", "driving"),
+    [
+        ((), False),
+        (("--allow-driving",), True),
+        (("--sim",), True),
+        (("--sim", "--robot", "b=127.0.0.1:9"), False),
+    ],
+)
+def test_driving_is_on_in_a_simulation_and_off_where_a_real_robot_is(
+    words: tuple[str, ...], driving: bool, sim: SimulatedChassis
+) -> None:
+    """A real robot beside the simulated one counts: the server has one switch."""
+    args = parser_for(["web"]).parse_args(["web", "--port", "0", "--no-browser", *words])
+    robots = {"sim": Chassis(sim.master_uri), **({"b": Chassis("127.0.0.1:9")} if "--robot" in words else {})}
+    simulators = {"sim": sim} if args.sim else {}
+    with page_of(robots, args, Output(as_json=True), [], simulators) as (server, _):
+        assert server.app.state.context.allow_driving is driving

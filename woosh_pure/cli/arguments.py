@@ -103,7 +103,8 @@ def simulated_marks(args: argparse.Namespace) -> dict[str, UserMark]:
     if args.sim:
         from woosh_pure.sim.site import built_in_site
 
-        return built_in_site().user_marks()
+        started = getattr(args, "simulator", None)
+        return (started.world.site if started else built_in_site()).user_marks()
     from rosproto import MasterClient
     from rosproto.errors import RosError
     from rosproto.transport import HostNames
@@ -153,6 +154,25 @@ def marks_named(args: argparse.Namespace) -> Iterator[None]:
         if not error.robot_text or not args.mark or args.mark in marks_here(args):
             raise
         raise MotionRefused(mark_missing(args, sentence_of(error), args.mark)) from error
+
+
+def add_mark_options(parser: ArgumentParser) -> None:
+    """Add --mark and --marks, for commands that start a simulated chassis."""
+    parser.add_argument(
+        "--mark",
+        action="append",
+        default=[],
+        metavar="NAME=X,Y,YAW",
+        help="a mark in the simulated hall: m, m, degrees (repeat for more); one of that name is moved there",
+    )
+    parser.add_argument(
+        "--marks",
+        action="append",
+        type=Path,
+        default=[],
+        metavar="FILE",
+        help="marks in the simulated hall, from a list as `woosh marks` keeps it",
+    )
 
 
 def add_watchdog(parser: ArgumentParser) -> None:

@@ -72,7 +72,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = words_of(argv)
     language = language_of(words, stream=sys.stdout)
     try:
-        if _asked(words) == "run":
+        if _asked(words) == "run" and not parser_for(words, language).parse_args(words).watch:
             return _run_program(words, language)
         return run_command(
             words,
@@ -201,7 +201,11 @@ def _common(*, defaults: bool = False) -> Parser:
 
 
 EXAMPLES: dict[str, tuple[str, ...]] = {
-    "sim": ("woosh sim --speed 4", "woosh sim --port 0 --at 10=estop --at 20=release"),
+    "sim": (
+        "woosh sim --speed 4",
+        "woosh sim --port 0 --at 10=estop --at 20=release",
+        "woosh sim --robots 12",
+    ),
     "connect": ("woosh connect 169.254.128.2", "woosh connect --show"),
     "doctor": ("woosh --chassis 169.254.128.2 doctor",),
     "selftest": ("woosh selftest",),
@@ -225,7 +229,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "say": ("woosh say 你好",),
     "record": ("woosh record -O drive.bag --duration 10m",),
     "web": ("woosh --sim web", "woosh web --bind 0.0.0.0 --token Kd83-hsa2-Pq"),
-    "run": ("woosh run --sim program.py _speed:=0.2",),
+    "run": ("woosh run --sim program.py _speed:=0.2", "woosh run --sim --watch program.py"),
     "shell": ("woosh --sim shell",),
     "completion": ('eval "$(woosh completion bash)"',),
 }

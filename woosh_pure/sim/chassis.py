@@ -87,6 +87,7 @@ class SimulatedChassis:
         network: Delays and interruptions.
         reply_delay: See above.
         closing: Whether it is closing.
+        resets: Number of times that it was reset.
         clock_ahead: Seconds that the robot's clock is ahead of this computer's.
     """
 
@@ -113,6 +114,7 @@ class SimulatedChassis:
         self.network = Network()
         self.reply_delay = reply_delay
         self.closing = False
+        self.resets = 0
         self.clock_ahead = 0.0
         self._epoch = time.time()
         self._given_uri, self._host, self._port = master_uri, host, port
@@ -398,6 +400,7 @@ class SimulatedChassis:
         self.network.restore()
         self.set_clock(0.0)
         with self.lock:
+            self.resets += 1
             self.world.interrupt("the simulation was reset")
             self._publish_news()  # a task's end, which is not in the status of a robot that has just started
             self.world.reset()

@@ -29,6 +29,15 @@ def pillow() -> Any:
     return _load("PIL.Image")
 
 
+def segno() -> Any:
+    """`segno`, which draws QR codes.
+
+    Raises:
+        ImportError: It is missing; the message says what to install.
+    """
+    return _load("segno")
+
+
 def _load(module: str) -> Any:
     name = module.partition(".")[0]
     missing = say('the page and the REST API need {name}: pip install ".[web]"', name=name)

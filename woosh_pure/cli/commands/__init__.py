@@ -53,7 +53,7 @@ COMMANDS = {
     "web": "show the robot in a browser, on a phone too, and serve a REST API for any language",
     "foxglove": "show the chassis live in Foxglove and Lichtblick; read only unless you open something",
     "vda5050": "connect the chassis to a fleet manager, by VDA 5050 over MQTT",
-    "run": "run a program written for rospy, without ROS; --sim starts a simulated chassis for it",
+    "run": "run a program for woosh_pure or rospy, without ROS; --sim starts a simulated chassis for it",
     "shell": "open Python with `chassis` ready",
     "completion": "print what a shell needs to complete this command (bash, zsh, fish, powershell)",
 }

@@ -69,7 +69,7 @@ def run_drive(args: Namespace, out: Output) -> None:
         raise ValueError("drive needs a terminal for its keys; from a script use Chassis.velocity in Python")
     with watchdog_of(args) as watchdog, connect(args, out, watchdog=watchdog) as chassis:
         chassis.readiness()
-        if not args.acknowledged:
+        if not (args.acknowledged or args.sim):
             _ask(out)
         try:
             _drive(chassis, args, out)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import time
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosproto.cli import (
     NotANumber,
+    add_token,
     cannot_listen,
+    count,
     host,
     never_wait_for_stdout,
     port,
@@ -22,6 +24,8 @@ from rosproto.cli import (
 )
 from rosproto.errors import ConnectionLost
 from rosproto.sentence import led, say
+from rosproto.transport import allow_open_files
+from woosh_pure.cli.arguments import add_mark_options
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import RobotMode
 from woosh_pure.errors import ChassisError
@@ -62,6 +66,11 @@ def add_sim(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address at which others reach it"
     )
+    parser.add_argument(
+        "--robots", type=count, default=1, metavar="N", help="so many, on ports in a row, and a page with all"
+    )
+    parser.add_argument("--page-port", type=port, default=8080, metavar="PORT", help="of that page (8080)")
+    add_token(parser, "WOOSH_WEB_TOKEN", "what everybody has to know for the page; needed off this computer")
     parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
     parser.add_argument("--seed", type=to_int, default=0, help="seed of all random values")
     parser.add_argument(
@@ -70,21 +79,7 @@ def add_sim(parser: ArgumentParser) -> None:
         metavar="YAML",
         help="a map_server map instead of the built-in hall; the hall's marks that lie in it stay",
     )
-    parser.add_argument(
-        "--mark",
-        action="append",
-        default=[],
-        metavar="NAME=X,Y,YAW",
-        help="a mark of yours: m, m, degrees (repeat for more); one of that name is moved there",
-    )
-    parser.add_argument(
-        "--marks",
-        action="append",
-        type=Path,
-        default=[],
-        metavar="FILE",
-        help="marks from a list as `woosh marks` keeps it",
-    )
+    add_mark_options(parser)
     parser.add_argument("--omni", action="store_true", help="an omnidirectional base")
     parser.add_argument("--lost", action="store_true", help="switched on without knowing its position")
     parser.add_argument(
@@ -132,23 +127,35 @@ def run_sim(args: Namespace, out: Output) -> None:
         limits=BodyLimits(omnidirectional=args.omni),
         on_silence="stop" if args.stops_on_silence else "keep",
     )
-    sim = SimulatedChassis(
-        master_uri=args.master,
-        host=args.bind,
-        port=args.port,
-        speed=args.speed,
-        site=site_of(args.map, args.mark, args.marks),
-        settings=settings,
-        latch_status=not args.status_on_change,
-        repeat_status_code=not args.status_code_once,
-        firmware=args.firmware,
-    )
-    with _listening(sim):
-        out.line(
-            "simulated chassis at {uri}, {speed:g} times real time; Ctrl-C ends it",
-            uri=sim.master_uri,
+    if args.master and args.robots > 1:
+        raise ValueError("--robots: each has a master of its own; leave --master out")
+    sims = {
+        f"robot{number}": SimulatedChassis(
+            master_uri=args.master,
+            host=args.bind,
+            port=args.port and args.port + number - 1,
             speed=args.speed,
+            site=site_of(args.map, args.mark, args.marks),
+            settings=settings,
+            latch_status=not args.status_on_change,
+            repeat_status_code=not args.status_code_once,
+            full_graph=args.robots == 1,
+            firmware=args.firmware,
         )
+        for number in range(1, args.robots + 1)
+    }
+    sim = sims["robot1"]
+    with ExitStack() as stack:
+        for name, one in sims.items():
+            _start(one, stack)
+            text = say(
+                "simulated chassis at {uri}, {speed:g} times real time; Ctrl-C ends it",
+                uri=one.master_uri,
+                speed=args.speed,
+            )
+            out.line(text if args.robots == 1 else led(name, text))
+        if args.robots > 1:
+            _show(sims, args, out, stack)
         if args.firmware != "1.1.4":
             out.line("its messages are those of firmware {firmware}", firmware=args.firmware)
         out.line("marks: {names}", names=list(sim.world.site.marks) or say("none"))
@@ -157,14 +164,17 @@ def run_sim(args: Namespace, out: Output) -> None:
         deadline, began = Deadline(args.seconds), time.monotonic()
         while not deadline.expired:
             while schedule and time.monotonic() - began >= schedule[0][0]:
-                _, text = schedule.pop(0)
-                out.line("now: {fault}", fault=text)
-                inject(sim, text)
+                _inject_all(schedule.pop(0)[1], sims, out)
             time.sleep(0.05)
-        for at, text in schedule:  # on a busy computer, run late faults that were due before the end
+        for at, fault in schedule:  # on a busy computer, run late faults that were due before the end
             if args.seconds is not None and at <= args.seconds:
-                out.line("now: {fault}", fault=text)
-                inject(sim, text)
+                _inject_all(fault, sims, out)
+
+
+def _inject_all(fault: str, sims: Mapping[str, SimulatedChassis], out: Output) -> None:
+    out.line("now: {fault}", fault=fault)
+    for sim in sims.values():
+        inject(sim, fault)
 
 
 def _require_known(version: str) -> None:
@@ -185,15 +195,25 @@ def _require_known(version: str) -> None:
         )
 
 
-@contextmanager
-def _listening(sim: SimulatedChassis) -> Iterator[None]:
-    with ExitStack() as stack:
-        try:
-            stack.enter_context(sim)
-        except ConnectionLost as error:
-            # A local error: the address cannot be bound.
-            raise ChassisError(cannot_listen(error, "--bind")) from error
-        yield
+def _start(sim: SimulatedChassis, stack: ExitStack) -> None:
+    try:
+        stack.enter_context(sim)
+    except ConnectionLost as error:
+        # A local error: the address cannot be bound.
+        raise ChassisError(cannot_listen(error, "--bind")) from error
+
+
+def _show(sims: Mapping[str, SimulatedChassis], args: Namespace, out: Output, stack: ExitStack) -> None:
+    """Serve one page with all robots."""
+    from woosh_pure.chassis import Chassis
+    from woosh_pure.cli.commands.web import page_arguments, page_of
+
+    allow_open_files(4096)
+    page = page_arguments(args, "--bind", args.bind, "--no-browser")
+    page.token, page.token_file = args.token, args.token_file
+    robots = {name: stack.enter_context(Chassis(sim.master_uri)) for name, sim in sims.items()}
+    marks = next(iter(sims.values())).world.site.user_marks().values()
+    stack.enter_context(page_of(robots, page, out, marks, sims))
 
 
 def _parse_at(text: str) -> tuple[float, str]:

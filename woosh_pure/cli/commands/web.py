@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
+import socket
+import sys
 import time
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable
-from contextlib import ExitStack
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
@@ -15,13 +18,16 @@ from rosproto.cli import (
     add_max_clients,
     add_token,
     host,
+    is_terminal,
     never_wait_for_stdout,
     port,
     require_open_files,
+    shows_unicode,
     token_of,
 )
 from rosproto.errors import RosError
 from rosproto.sentence import say
+from rosproto.transport import is_loopback, local_address_towards, make_uri
 from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, simulated_marks
 from woosh_pure.cli.connection import connect, reaching, watchdog_of
 from woosh_pure.cli.output import Output
@@ -31,6 +37,8 @@ if TYPE_CHECKING:
     from fastapi import FastAPI
 
     from woosh_pure.chassis import Chassis
+    from woosh_pure.sim import SimulatedChassis
+    from woosh_pure.web.server import WebServer
 
 
 TOKEN_VARIABLE = "WOOSH_WEB_TOKEN"
@@ -75,17 +83,13 @@ def add_web(parser: ArgumentParser) -> None:
 
 
 def run_web(args: Namespace, out: Output) -> int:
-    never_wait_for_stdout()
-    require_open_files(args.max_clients)
-    from woosh_pure import web
     from woosh_pure.web.optional_libraries import require
-    from woosh_pure.web.server import WebServer
 
     try:
         require()
     except ImportError as missing:
         raise CommandError(str(missing)) from missing
-    more, token = _further(args), token_of(args, TOKEN_VARIABLE)
+    more = _further(args)
     with ExitStack() as stack:
         watchdog = stack.enter_context(watchdog_of(args))
         first = stack.enter_context(connect(args, out, watchdog=watchdog, patient=True))
@@ -100,39 +104,93 @@ def run_web(args: Namespace, out: Output) -> int:
             robots[name] = stack.enter_context(
                 connect(args, out, to=address, watchdog=watchdog, patient=True)
             )
-        app = web.app(
-            robots,
-            token=token,
-            allow_driving=args.allow_driving,
-            origins=args.origin,
-            hosts=[*args.host_name, args.bind],
-            marks=_marks(args, out),
-            recordings=args.recordings,
-            max_clients=args.max_clients,
-        )
-        try:
-            server = WebServer(
-                app, bind=args.bind, port=args.port, tls_cert=args.tls_cert, tls_key=args.tls_key
-            )
-        except OSError as error:
-            if error.filename:  # a file of TLS
-                raise
-            raise CommandError(error.strerror or str(error)) from error
-        waiting = _Waiting(app, robots, out)
-        stack.enter_context(server)
-        # Print no token, and pass none to a browser, unless it is on our command line.
-        page = server.url + (f"#token={args.token}" if args.token else "")
-        out.line("the page: {page}", page=page)
-        out.line("for programs: {url}api/v1/status, {url}openapi.json", url=server.url)
+        simulators = {next(iter(robots)): args.simulator} if args.sim else {}
+        server, waiting = stack.enter_context(page_of(robots, args, out, _marks(args, out), simulators))
         if args.allow_driving:
             out.line("a page can drive WITHOUT obstacle avoidance: a person must watch all the time")
-        out.record({"url": server.url, "port": server.port, "robots": list(robots)})
-        if not args.no_browser and not out.as_json:
-            _open_browser(page)
         while server.running:
             time.sleep(0.1)
             waiting.try_again()
     return 1
+
+
+@contextmanager
+def page_of(
+    robots: dict[str, Chassis],
+    args: Namespace,
+    out: Output,
+    marks: Iterable[UserMark],
+    simulators: Mapping[str, SimulatedChassis],
+) -> Iterator[tuple[WebServer, _Waiting]]:
+    """Serve the page of these robots by the arguments of `woosh web` within the block; print addresses."""
+    never_wait_for_stdout()
+    require_open_files(args.max_clients)
+    from woosh_pure import web
+    from woosh_pure.web.server import WebServer
+
+    token = token_of(args, TOKEN_VARIABLE)
+    app = web.app(
+        robots,
+        token=token,
+        allow_driving=args.allow_driving or len(simulators) == len(robots),  # not for a real one beside it
+        origins=args.origin,
+        hosts=[*args.host_name, args.bind],
+        marks=marks,
+        recordings=args.recordings,
+        max_clients=args.max_clients,
+        simulator=simulators,
+    )
+    try:
+        server = WebServer(app, bind=args.bind, port=args.port, tls_cert=args.tls_cert, tls_key=args.tls_key)
+    except OSError as error:
+        if error.filename:  # a file of TLS
+            raise
+        raise CommandError(error.strerror or str(error)) from error
+    waiting = _Waiting(app, robots, out)
+    with server:
+        # A pipe, a log or a browser's command line gets no token that is not on our own command line.
+        given = f"#token={args.token}" if args.token else ""
+        shown = f"#token={token}" if token and is_terminal(sys.stdout) else given
+        out.line("the page: {page}", page=server.url + shown)
+        for name in [f"robots/{name}/" for name in robots] if len(robots) > 1 else [""]:
+            page = f"{make_uri(_own_address(args.bind), server.port, server.scheme)}{name}{shown}"
+            if name or not is_loopback(args.bind):
+                out.line("the page for others: {page}", page=page)
+                _say_code(page, out)
+        out.line("for programs: {url}api/v1/status, {url}openapi.json", url=server.url)
+        out.record({"url": server.url, "port": server.port, "robots": list(robots)})
+        if not args.no_browser and not out.as_json:
+            _open_browser(server.url + given)
+        yield server, waiting
+
+
+def page_arguments(args: Namespace, *words: str) -> Namespace:
+    """Return the arguments of `woosh web` for the page of another command, with these."""
+    from woosh_pure.cli.entry import parser_for
+
+    return parser_for(["web"]).parse_args(["web", "--port", str(args.page_port), *words])
+
+
+def _own_address(bind: str) -> str:
+    """Return an address at which others reach a server that listens here, of several the usual route's."""
+    if bind not in ("0.0.0.0", "::"):
+        return bind
+    with suppress(RosError):
+        return local_address_towards("198.51.100.1", 9)  # one for documentation: nothing is sent to it
+    return socket.gethostname()
+
+
+def _say_code(url: str, out: Output) -> None:
+    """Print a QR code on a terminal, where the library for it is installed."""
+    if not (is_terminal(sys.stdout) and shows_unicode(sys.stdout)):
+        return
+    from woosh_pure.web.optional_libraries import segno
+
+    drawn = io.StringIO()
+    with suppress(ImportError):
+        segno().make(url, error="l", micro=False).terminal(drawn, border=2, compact=True)
+    for line in drawn.getvalue().splitlines():
+        out.line(line)
 
 
 class _Waiting:
@@ -208,6 +266,7 @@ def _called(address: str) -> str:
 
 def _marks(args: Namespace, out: Output) -> Iterable[UserMark]:
     """Return the marks of the file, the simulated hall or the user's list; the page saves to the file."""
+
     if args.marks is not None:
         if not args.marks.exists():
             raise ValueError(say("--marks {marks}: there is no such file", marks=args.marks))
