@@ -5,15 +5,18 @@ Below them: scans and paths as points of the robot, or of the map.
 
 from __future__ import annotations
 
+import threading
 import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from woosh_pure import interface, values
 from woosh_pure.components import Components
 from woosh_pure.faults import Faults, StatusCode
-from woosh_pure.feed.feed import Feed, Reading
+from woosh_pure.feed.feed import Feed, Reading, call_back
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.values.messages import pose_of
 from woosh_pure.values.state import LaserScan
@@ -23,6 +26,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from rosproto.tf import Transform
+
+SILENT_SECONDS = 2.0
+"""For how long `/odom_twist`, sent many times a second, may be silent while the chassis is connected."""
 
 
 class Readings:
@@ -149,6 +155,42 @@ class Readings:
         are no others, and `sentence()` returns all of this as text.
         """
         return self._components.readiness_state.active_faults()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the chassis is heard: `/odom_twist`, which it always sends, is linked and not silent.
+
+        While nothing was heard yet it waits, half a second at most once our node is there.
+        """
+        feed = self.measured_velocity
+        try:
+            if feed.known is None:
+                feed.wait(0.5, new=False)
+        except RosError:
+            return False
+        newest = feed.known
+        return bool(feed.links) and newest is not None and newest.age < SILENT_SECONDS
+
+    def on_connection(self, callback: Callable[[bool], object]) -> Callable[[], None]:
+        """Call `callback(connected)` at once, and whenever it changes; returns a function that ends this.
+
+        It is called in a thread of its own, named `woosh:connection`, at last with False when the Chassis is
+        closed. An exception in it is logged with its traceback.
+        """
+        over = threading.Event()
+
+        def watch() -> None:
+            known: bool | None = None
+            while not over.is_set():
+                closed = self.measured_velocity.closed
+                if (now := self.connected) is not known and not over.is_set():
+                    known = now
+                    call_back(callback, now, "connection")
+                if closed or over.wait(0.1):
+                    return
+
+        threading.Thread(target=watch, name="woosh:connection", daemon=True).start()
+        return over.set
 
     def snapshot(self, timeout: float = 0.0) -> dict[str, Reading[Any] | None]:
         """The newest reading of every feed on the vendor's page, None where nothing was received.

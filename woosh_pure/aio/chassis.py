@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import functools
 import inspect
 import logging
@@ -238,6 +239,19 @@ class Chassis(Readings):
         first asked.
         """
         return AwaitableProperty(lambda: self._calls.call(lambda: self.chassis.faults))
+
+    @property
+    def connected(self) -> AwaitableProperty[bool]:
+        """`await robot.connected`: whether the chassis is heard, see `woosh_pure.Chassis.connected`."""
+        return AwaitableProperty(lambda: self._calls.call(lambda: self.chassis.connected))
+
+    def on_connection(self, callback: Callable[[bool], object]) -> Callable[[], None]:
+        """Call `callback(connected)` at once, and whenever it changes; returns a function that ends this.
+
+        It is called in this loop.
+        """
+        loop = asyncio.get_running_loop()
+        return self.chassis.on_connection(lambda connected: ros.notify(loop, callback, connected))
 
     async def wait_until(
         self, accept: Callable[[values.RobotStatus], bool], timeout: float | None = 60.0

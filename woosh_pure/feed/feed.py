@@ -240,15 +240,9 @@ class Feed(Newest[T]):
         self._calling.add(me)
         try:
             for callback in callbacks:
-                self._call(callback, value)
+                call_back(callback, value, self.row.name)
         finally:
             self._calling.discard(me)
-
-    def _call(self, callback: Callable[[T], object], value: T) -> None:
-        try:
-            callback(value)
-        except Exception:
-            logger.exception("%s: a callback failed", self.row.name)
 
     def _wake(self) -> None:
         """Wake all waiting threads."""
@@ -474,6 +468,14 @@ class Feed(Newest[T]):
                 return
             seen, reading = self._history[-1]
             yield reading.value
+
+
+def call_back(callback: Callable[[T], object], value: T, what: str) -> None:
+    """Call a user's callback; an exception in it is logged."""
+    try:
+        callback(value)
+    except Exception:
+        logger.exception("%s: a callback failed", what)
 
 
 def _wait_for(news: threading.Lock, seconds: float) -> None:

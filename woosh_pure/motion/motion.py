@@ -27,6 +27,7 @@ from woosh_pure.components import Components
 from woosh_pure.connection.arguments import require_limit, require_timeout
 from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.errors import GoalFailed
+from woosh_pure.feed.feed import call_back
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.stop_executor import SLICE, Flag, Job
 
@@ -212,16 +213,9 @@ class Motion(ABC, Generic[P]):
         self._calling.add(me)
         try:
             for callback in callbacks:
-                self.call(callback, progress)
+                call_back(callback, progress, self.description)
         finally:
             self._calling.discard(me)
-
-    def call(self, callback: Callable[[R], object], value: R) -> None:
-        """Call a user's callback; an exception in it is logged."""
-        try:
-            callback(value)
-        except Exception:
-            logger.exception("%s: a callback failed", self.description)
 
     @property
     def in_own_callback(self) -> bool:
@@ -578,7 +572,7 @@ class GoalHandle(Generic[P]):
 
         def run() -> None:
             self._motion.wait(None)
-            self._motion.call(callback, self._motion.confirmed())
+            call_back(callback, self._motion.confirmed(), self.description)
 
         threading.Thread(target=run, name="woosh:done", daemon=True).start()
 

@@ -43,6 +43,7 @@ OTHER_ARGUMENTS = {
     "on": {"connect"},  # of use inside only
 }
 OTHER_WORDS = {
+    "Chassis.connected": "it is awaited",
     "Chassis.faults": "it is awaited",
     "Chassis.node": "it is awaited",
     "Chassis.wait_until": "its example is awaited",
