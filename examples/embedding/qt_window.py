@@ -1,32 +1,207 @@
-"""A Qt window that shows the battery (`pip install PySide6-Essentials`): callbacks emit a signal."""
+"""A Qt window for a robot: map, buttons, STOP, and a lost connection (`pip install PySide6-Essentials`).
 
+    python examples/embedding/qt_window.py --stay                    # a simulated robot
+    python examples/embedding/qt_window.py --stay 169.254.128.2
+
+The window's thread never waits. Callbacks of the library emit signals, which Qt delivers in the window's
+thread. Verbs run in one other thread, in their order. Each STOP has a thread of its own: it waits for none.
+"""
+
+import argparse
 import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 
-from PySide6.QtCore import QObject, QTimer, Signal
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtCore import QObject, QPointF, Qt, QTimer, Signal
+from PySide6.QtGui import QColor, QImage, QKeySequence, QPainter, QPaintEvent, QPolygonF, QShortcut
+from PySide6.QtWidgets import (
+    QApplication,
+    QHBoxLayout,
+    QLabel,
+    QMainWindow,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
 
-from woosh_pure import Chassis, SimulatedChassis
+from rosproto import RosError
+from woosh_pure import Chassis, Outcome, Pose2D, SimulatedChassis
+from woosh_pure.maps import GridMap
+
+MARKS = {"A1": (3.0, 1.0), "B1": (8.5, -2.0), "P1": (-0.5, 2.5)}  # the chassis cannot list its marks
+SILENT_SECONDS = 2.0  # the pose comes several times a second
 
 
-class Bridge(QObject):
-    """Callbacks run in a thread of the library; a queued signal brings values to the window's thread."""
+class News(QObject):
+    """What other threads report; a signal brings it to the window's thread."""
 
-    battery = Signal(int)
+    map = Signal(object)
+    pose = Signal(object)
+    battery = Signal(object)
+    goal = Signal(str)
+    stopped = Signal(str)
+
+
+class MapView(QWidget):
+    """The map, the marks and the robot."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setMinimumSize(480, 320)
+        self.grid: GridMap | None = None
+        self.pose: Pose2D | None = None
+
+    def show_map(self, grid: GridMap) -> None:
+        self.grid = grid
+        grey = QImage.Format.Format_Grayscale8
+        self._image = QImage(grid.to_grey().tobytes(), grid.width, grid.height, grid.width, grey).copy()
+        self.update()
+
+    def show_pose(self, pose: Pose2D) -> None:
+        self.pose = pose
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        if self.grid is None:
+            return
+        grid, painter = self.grid, QPainter(self)
+        scale = min(self.width() / grid.width, self.height() / grid.height)
+        painter.scale(scale, scale)  # from here on in cells
+        painter.drawImage(0, 0, self._image)
+
+        def at(x: float, y: float) -> QPointF:
+            right, up = x - grid.origin.x, y - grid.origin.y
+            return QPointF(right / grid.resolution, grid.height - up / grid.resolution)
+
+        for name, place in MARKS.items():
+            painter.drawText(at(*place), name)
+        if self.pose is not None:
+            painter.translate(at(self.pose.x, self.pose.y))
+            painter.rotate(-self.pose.yaw_degrees)
+            painter.setBrush(QColor("#0a58ca"))
+            painter.drawPolygon(QPolygonF([QPointF(7, 0), QPointF(-5, 5), QPointF(-5, -5)]))
+
+
+class Window(QMainWindow):
+    """Map, a button for each mark, STOP."""
+
+    def __init__(self, chassis: Chassis) -> None:
+        super().__init__()
+        self.setWindowTitle("My robot")
+        self.chassis, self.news = chassis, News()
+        self.commands = ThreadPoolExecutor(1, "commands")
+        self.map, self.battery = MapView(), QLabel("waiting for the chassis ...")
+        self.lost, self.goal, self.stopped = QLabel(), QLabel(), QLabel()
+        self.lost.setStyleSheet("background: #b00020; color: white; padding: 6px")
+        self.lost.hide()
+        self.goal.setWordWrap(True)
+        self.stopped.setWordWrap(True)
+        self.marks = {name: QPushButton(name) for name in MARKS}
+        self.stop = QPushButton("STOP")
+        self.stop.setStyleSheet("background: #b00020; color: white; font: bold 28px; padding: 12px")
+        self.stop.pressed.connect(self.stop_now)  # when it is pressed, not only when it is let go
+        QShortcut(QKeySequence(Qt.Key.Key_Escape), self, self.stop_now)
+        whole, buttons = QWidget(), QHBoxLayout()
+        for name, button in self.marks.items():
+            button.clicked.connect(lambda _=False, mark=name: self.go_to(mark))
+            buttons.addWidget(button)
+        layout = QVBoxLayout(whole)
+        layout.addWidget(self.lost)
+        layout.addWidget(self.battery)
+        layout.addWidget(self.map, stretch=1)
+        layout.addWidget(self.goal)
+        layout.addLayout(buttons)
+        layout.addWidget(self.stopped)
+        layout.addWidget(self.stop)
+        self.setCentralWidget(whole)
+        self.news.map.connect(self.map.show_map)
+        self.news.pose.connect(self.map.show_pose)
+        self.news.battery.connect(lambda value: self.battery.setText(f"battery {value.percent} %"))
+        self.news.goal.connect(self.goal.setText)
+        self.news.stopped.connect(self.stopped.setText)
+        threading.Thread(target=self._listen, name="listen", daemon=True).start()
+        self.timer = QTimer(self, interval=200)
+        self.timer.timeout.connect(self.look)
+        self.timer.start()
+
+    # -- in the window's thread: nothing here waits ----------------------------------------------------------
+
+    def look(self) -> None:
+        """Show when the robot is not heard. `age` never waits; the library connects again by itself."""
+        age = self.chassis.pose.age
+        silent = age is None or age > SILENT_SECONDS
+        if silent:
+            since = "yet" if age is None else f"for {age:.0f} s"
+            self.lost.setText(
+                f"The robot has not been heard {since}: what is shown is out of date.\n"
+                "It may still be driving. The red button needs no network."
+            )
+        self.lost.setVisible(silent)
+        for button in self.marks.values():
+            button.setEnabled(not silent)  # STOP is never disabled
+
+    def go_to(self, mark: str) -> None:
+        request = self.chassis.request()  # a STOP from now on prevents this drive, also before it has begun
+        self.goal.setText(f"{mark}: sent ...")
+        self.commands.submit(self._begin, request, mark)
+
+    def stop_now(self) -> None:
+        self.stopped.setText("stopping ...")
+        threading.Thread(target=self._stop, name="stop", daemon=True).start()
+
+    # -- in other threads: these wait, and report by signals -------------------------------------------------
+
+    def _listen(self) -> None:
+        try:
+            self.chassis.pose.on(self.news.pose.emit)
+            self.chassis.battery.on(self.news.battery.emit)
+            self.news.map.emit(self.chassis.get_map())
+        except RosError as error:
+            self.news.goal.emit(f"not connected: {error}")
+
+    def _begin(self, request, mark: str) -> None:  # type: ignore[no-untyped-def]
+        def done(outcome: Outcome) -> None:
+            self.news.goal.emit(outcome.sentence())
+
+        try:
+            with request:
+                handle = self.chassis.go_to_mark(mark, replace=True)
+            handle.on_done(done)
+        except RosError as error:
+            self.news.goal.emit(f"{mark}: {error}")
+
+    def _stop(self) -> None:
+        self.news.stopped.emit(self.chassis.stop(everything=True).sentence())
 
 
 def main() -> None:
-    app = QApplication(sys.argv)
-    label = QLabel("waiting for the chassis ...")
-    label.show()
-    bridge = Bridge()
-    bridge.battery.connect(lambda percent: label.setText(f"battery {percent} %"))
-    with SimulatedChassis(speed=4, full_graph=False) as sim, Chassis(sim.master_uri) as chassis:
-        chassis.battery.on(lambda value: bridge.battery.emit(int(value.percent)))
-        if "--stay" not in sys.argv:
-            bridge.battery.connect(lambda _: QTimer.singleShot(100, app.quit))
-            QTimer.singleShot(20_000, app.quit)
+    parser = argparse.ArgumentParser(description="A window for a robot.")
+    parser.add_argument("address", nargs="?", help="of the robot; without it one is simulated")
+    parser.add_argument("--stay", action="store_true", help="until it is closed; otherwise for one drive")
+    parser.add_argument("--picture", metavar="FILE", help="save a picture of the window under way, and end")
+    args = parser.parse_args()
+    app = QApplication(sys.argv[:1])
+    with ExitStack() as stack:  # leaving it cancels what the window has started
+        address = args.address or stack.enter_context(SimulatedChassis(speed=4, full_graph=False)).master_uri
+        window = Window(stack.enter_context(Chassis(address)))
+        window.show()
+        if not args.stay:
+            window.news.map.connect(lambda _: window.go_to("B1"))
+            window.news.pose.connect(lambda pose: pose.x > 4.0 and finish(window, args.picture, app.quit))
+            QTimer.singleShot(60_000, app.quit)
         app.exec()
-    print(label.text())
+        window.timer.stop()
+        window.commands.shutdown()
+    print(window.battery.text(), "-", window.goal.text())
+
+
+def finish(window: Window, picture: str | None, leave: Callable[[], None]) -> None:
+    """Save the picture, and end the program that was started without --stay."""
+    if picture:
+        window.grab().save(picture)
+    leave()
 
 
 if __name__ == "__main__":

@@ -38,10 +38,11 @@ def state() -> dict[str, object]:
 
 
 def main() -> None:
+    del sys.argv[0]  # as by `python EXAMPLE`
     logging.basicConfig(level=logging.WARNING)  # the application's own
     asyncio.get_event_loop_policy()  # made when it is first asked for
     before = state()
-    runpy.run_path(sys.argv[1], run_name="__main__")
+    runpy.run_path(sys.argv[0], run_name="__main__")
     after = state()
     assert after == before, {k: (before[k], after[k]) for k in before if before[k] != after[k]}
     end = time.monotonic() + 5
@@ -54,7 +55,7 @@ def main() -> None:
         signal.raise_signal(signal.SIGINT)
         time.sleep(5)
     except KeyboardInterrupt:
-        print("host unharmed", Path(sys.argv[1]).name)
+        print("host unharmed", Path(sys.argv[0]).name)
     else:
         raise AssertionError("Ctrl-C did nothing")
 

@@ -9,16 +9,25 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import pytest
 
 from tests.support.extras import needs
+from tests.support.waiting import until
+from woosh_pure import Chassis, SimulatedChassis
+
+if TYPE_CHECKING:
+    from tests.support.web import Served
 
 # Each starts a program of its own; some load a framework of a hundred megabytes first.
 pytestmark = [pytest.mark.slow, pytest.mark.example]
@@ -57,17 +66,88 @@ def run(name: str, *wrapper: str, **environment: str) -> str:
 
 
 def test_a_flask_route() -> None:
-    """Requests in several threads share one chassis."""
+    """A bad number is answered with 422, a good one begins a drive; requests share one chassis."""
     need("flask")
     shown = run("flask_route.py")
-    assert "{'percent': 87} {'arrived': True} 200 OK" in shown
+    assert "422 UNPROCESSABLE ENTITY 202 ACCEPTED\n200 OK {'lost': False, 'percent': 87" in shown
 
 
 def test_a_fastapi_lifespan() -> None:
-    """The chassis is opened in the server's loop and used in the threads of its routes."""
+    """The same by FastAPI; the chassis is opened in the server's loop and used in the threads of its routes."""
     pytest.importorskip("fastapi")
     pytest.importorskip("httpx", reason="FastAPI's test client needs it")
-    assert "{'percent': 87.0} {'arrived': True}" in run("fastapi_lifespan.py")
+    assert "422 202\n200 {'percent': 87, 'lost': False" in run("fastapi_lifespan.py")
+
+
+@contextmanager
+def serving(name: str, address: str) -> Iterator[Served]:
+    """The example as a server in a process of its own, until Ctrl-C."""
+    from tests.support.web import Served
+
+    env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
+    command = [sys.executable, str(EXAMPLES / name), "--stay", "--port", "0", address]
+    with subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=env
+    ) as process:
+        said = []
+        late = threading.Timer(60.0, process.kill)
+        late.start()
+        try:
+            assert process.stderr is not None
+            for line in process.stderr:
+                said.append(line)
+                if found := re.search(r"unning on http://127\.0\.0\.1:(\d+)", line):
+                    break
+            else:
+                pytest.fail("".join(said))
+            rest = threading.Thread(target=lambda: said.extend(process.stderr or ()), daemon=True)
+            rest.start()
+            yield Served(int(found[1]))
+            process.send_signal(signal.SIGINT)
+            process.wait(20)
+            rest.join(20)
+        finally:
+            late.cancel()
+            process.kill()
+    assert "Traceback" not in "".join(said), "".join(said)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends a POSIX signal")
+@pytest.mark.parametrize(
+    ("name", "module"), [("flask_route.py", "flask"), ("fastapi_lifespan.py", "uvicorn")]
+)
+def test_a_page_of_an_application(name: str, module: str) -> None:
+    """422 for bad numbers, a drive that is followed to its end, STOP while another drive is under way, a lost
+    connection; a page of another site may stop the robot, and not drive it. Ctrl-C ends the drive under way.
+    """
+    need(module)
+    needs("web")  # of the client
+    with SimulatedChassis(speed=2, full_graph=False) as sim, Chassis(sim.master_uri) as witness:
+        with serving(name, sim.master_uri) as page:
+            for number in ("far", "nan", "inf", "1e999", "20", "-11", "0,5", ""):
+                assert page.ask("POST", f"/move?metres={number}").status == 422, number
+            assert sim.pose.x == pytest.approx(0.0, abs=0.01)
+            goal = page.ask("POST", "/move?metres=0.3")
+            assert goal.status == 202
+            until(lambda: page.ask("GET", f"/goals/{goal.json['number']}").json["done"], timeout=30)
+            assert page.ask("GET", f"/goals/{goal.json['number']}").json["arrived"] is True
+            assert sim.pose.x == pytest.approx(0.3, abs=0.05)
+            assert page.ask("GET", "/goals/99").status == 404
+            foreign = {"origin": "http://evil.example"}
+            assert page.ask("POST", "/move?metres=1", headers=foreign).status == 403
+            assert page.ask("POST", "/move?metres=2").status == 202
+            witness.measured_velocity.wait_for(lambda velocity: velocity.vx > 0.1, timeout=20)
+            assert page.ask("POST", "/move?metres=1").status == 409  # one motion at a time
+            stopped = page.ask("POST", "/stop", headers=foreign)
+            assert (stopped.status, stopped.json["stands_still"]) == (200, True)
+            assert page.ask("GET", "/status").json["lost"] is False
+            sim.fall_silent(5.0)
+            until(lambda: page.ask("GET", "/status").json["lost"], timeout=10)
+            until(lambda: not page.ask("GET", "/status").json["lost"], timeout=20)
+            assert page.ask("POST", "/move?metres=2").status == 202
+            witness.measured_velocity.wait_for(lambda velocity: velocity.vx > 0.1, timeout=20)
+        witness.measured_velocity.wait_for(lambda velocity: abs(velocity.vx) < 0.01, timeout=10)
+        assert sim.pose.x < 2.0
 
 
 @pytest.mark.parametrize(
@@ -110,9 +190,76 @@ def test_an_asyncio_service() -> None:
 
 
 def test_a_qt_window() -> None:
-    """A callback in our thread, a signal, a label in Qt's thread; offscreen."""
+    """Callbacks in our threads, signals, a window that drives to a mark; offscreen."""
     need("PySide6")
-    assert "battery 87 %" in run("qt_window.py", QT_QPA_PLATFORM="offscreen")
+    assert "battery 87 % - B1: sent ..." in run("qt_window.py", QT_QPA_PLATFORM="offscreen")
+
+
+QT_PERSON = """
+import sys, time
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from qt_window import Window
+from woosh_pure import Chassis, SimulatedChassis
+
+def until(condition):
+    end = time.monotonic() + 30
+    while not condition():
+        assert time.monotonic() < end, (window.goal.text(), window.stopped.text(), window.lost.text())
+        QTest.qWait(20)
+
+def press(button):
+    began = time.monotonic()
+    QTest.mousePress(button, Qt.MouseButton.LeftButton)
+    QTest.mouseRelease(button, Qt.MouseButton.LeftButton)
+    return time.monotonic() - began
+
+app = QApplication([])
+with SimulatedChassis(speed=2, full_graph=False) as sim, Chassis(sim.master_uri) as chassis:
+    window = Window(chassis)
+    window.show()
+    until(lambda: window.marks["B1"].isEnabled() and window.map.grid is not None)
+    assert not window.lost.isVisible()
+    press(window.marks["P1"])
+    until(lambda: "arrived" in window.goal.text())
+    press(window.marks["B1"])
+    until(lambda: chassis.measured_velocity.latest is not None and chassis.measured_velocity.latest.vx > 0.1)
+    press(window.stop)
+    until(lambda: "the robot stands still" in window.stopped.text())
+    until(lambda: "cancelled" in window.goal.text())
+    print("stopped")
+    press(window.marks["B1"])
+    press(window.stop)  # before the drive has begun
+    until(lambda: window.stopped.text() != "stopping ...")
+    window.commands.submit(int).result(30)
+    until(lambda: window.goal.text() != "B1: sent ...")
+    assert "arrived" not in window.goal.text()
+    print("not begun:", window.goal.text())
+    sim.drop_link(6.0)
+    until(window.lost.isVisible)
+    assert window.stop.isEnabled() and not window.marks["B1"].isEnabled()
+    assert press(window.stop) < 0.2, "the window waited for the network"
+    until(lambda: window.stopped.text() != "stopping ...")
+    print("without a link:", window.stopped.text())
+    until(lambda: not window.lost.isVisible())  # it is heard again
+    print("heard again")
+    window.timer.stop()
+    window.commands.shutdown()
+"""
+
+
+def test_a_person_at_the_qt_window() -> None:
+    """Drives, stops, stops a drive that has not begun, and sees a lost connection; the window never waits."""
+    need("PySide6")
+    env = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{EXAMPLES}", "QT_QPA_PLATFORM": "offscreen"}
+    done = subprocess.run(
+        [sys.executable, "-c", QT_PERSON], capture_output=True, text=True, timeout=100, check=False, env=env
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr, done.stderr
+    begin = [line.partition(":")[0] for line in done.stdout.splitlines()]
+    assert begin == ["stopped", "not begun", "without a link", "heard again"], done.stdout
 
 
 def test_a_tk_window() -> None:
