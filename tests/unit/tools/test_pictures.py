@@ -11,14 +11,28 @@ from tools import pictures
 MAX_BYTES = 150_000
 
 
-@pytest.mark.parametrize("name", ["watch.png", "map.png"])
+@pytest.mark.parametrize("name", pictures.MAKERS)
 def test_a_picture_is_there_and_small(name: str) -> None:
-    data = (pictures.folder / name).read_bytes()
+    data = (pictures.folder / f"{name}.png").read_bytes()
     assert data.startswith(b"\x89PNG\r\n\x1a\n")
     assert len(data) < MAX_BYTES
     width, height = struct.unpack(">II", data[16:24])
-    assert 300 < width < 1200
-    assert 200 < height < 800
+    assert 300 < width <= 1280
+    assert 200 < height <= 844
+
+
+def test_every_picture_of_the_pages_can_be_taken_again_and_is_shown() -> None:
+    """Except Lichtblick's window, a program of others."""
+    made = {f"{name}.png" for name in pictures.MAKERS}
+    assert {path.name for path in pictures.folder.glob("*.png")} == made | {"lichtblick.png"}
+    pages = "".join(path.read_text("utf-8") for path in pictures.folder.parents[1].glob("*.md"))
+    pages += "".join(path.read_text("utf-8") for path in pictures.folder.parent.rglob("*.md"))
+    assert {name for name in made if f"pictures/{name}" not in pages} == set()
+
+
+def test_an_unknown_name_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert pictures.main(["web-fone"]) == 2
+    assert "web-fone: not one of map, watch, web" in capsys.readouterr().err
 
 
 def test_the_last_whole_screen_is_taken() -> None:
