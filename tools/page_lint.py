@@ -204,14 +204,15 @@ LINK = re.compile(r"\[(?!English\]|中文|教程\])[^]]*\]\(([^)#\s]+)")
 
 
 def chinese_pages(root: Path) -> list[Path]:
-    return [*root.glob("*.zh-CN.md"), *(root / "docs").glob("*.zh-CN.md")]
+    return [*root.glob("*.zh-CN.md"), *(root / "docs").rglob("*.zh-CN.md")]
 
 
 def chinese(root: Path) -> Iterator[str]:
     """Every Chinese page has the headings, points, programs, commands, tables and links of its twin."""
     twins = chinese_pages(root)
     there = {page.name.removesuffix(".zh-CN.md") for page in twins}
-    needed = {"README", *(page.stem for page in (root / "docs").glob("*.md") if ".zh-CN" not in page.name)}
+    guides = [page for folder in ("docs", "docs/lesson") for page in (root / folder).glob("*.md")]
+    needed = {"README", *(page.stem for page in guides if ".zh-CN" not in page.name)}
     yield from (f"there is no {name}.zh-CN.md" for name in sorted(needed - there - IN_ENGLISH_ONLY))
     for twin in sorted(twins):
         english, translated = read(in_english(twin)), read(twin)
