@@ -143,7 +143,7 @@ class Parser(argparse.ArgumentParser):
         """Join `1 m`, and put a blank in front of `-90°`, which argparse takes for an option without it."""
         if words is None or "--" in words or any(a.nargs in ("...", argparse.PARSER) for a in self.actions):
             return words
-        units = {unit for action in self.actions for unit in getattr(action.type, "units", ())}
+        units = {unit for action in self.actions for unit in getattr(action.type, "units", ()) if unit}
         joined: list[str] = []
         for word in words:
             if joined and word in units and re.fullmatch(r"[+-]?[0-9.,]+", joined[-1]):

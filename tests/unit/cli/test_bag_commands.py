@@ -126,7 +126,9 @@ def test_info_aligns_the_connections_behind_the_longest_type(run: Run, tmp_path:
     with BagWriter(path) as bag:
         bag.write("/a", message_class("std_msgs/String")(), 1.0)
         bag.write("/a", message_class("geometry_msgs/PointStamped")(), 2.0)
-    assert "/a   2 msgs    : std_msgs/String            (2 connections)" in run("info", str(path), "--plain")[1]
+    assert (
+        "/a   2 msgs    : std_msgs/String            (2 connections)" in run("info", str(path), "--plain")[1]
+    )
 
 
 def test_info_of_an_empty_bag(run: Run, tmp_path: Path) -> None:

@@ -47,6 +47,7 @@ FROM_ZERO = frozenset(
         "--max-speed",  # the configured one
         "--min-space",
         "--padding",
+        "--page-port",  # a free one
         "--passage",
         "--port",  # a free one
         "--rate-control-max-delay",
