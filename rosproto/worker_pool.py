@@ -14,6 +14,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
+from math import inf
 from time import monotonic
 from typing import Any, TypeVar
 
@@ -62,6 +63,7 @@ class WorkerPool:
         # Not SimpleQueue: on a busy machine, its `get` may wait for ever in spite of its timeout.
         self._waiting: deque[_Task] = deque()
         self._later: list[tuple[float, int, _Task]] = []  # heap by due time
+        self._watched = inf  # the due time that an idle thread waits for; the others sleep on
         self._numbers = itertools.count()
         self._sweep_at = _FIRST_SWEEP
         self._changed = threading.Condition()  # reentrant: a signal handler may add a task
@@ -172,13 +174,18 @@ class WorkerPool:
                     self._waiting.append(heapq.heappop(self._later)[2])
                 if self._waiting:
                     break
-                if self._closed or (now >= end and not (self._later and not self._idle)):
+                due = self._later[0][0] if self._later else inf
+                watches = due < self._watched
+                if self._closed or (now >= end and not watches):
                     self._threads -= 1
                     return None
-                until = self._later[0][0] if self._later else end
+                if watches:
+                    self._watched = due
                 self._idle += 1
-                self._changed.wait((until if now >= end else min(until, end)) - now)
+                self._changed.wait((due if watches else end) - now)
                 self._idle -= 1
+                if watches and self._watched == due:
+                    self._watched = inf
             task = self._waiting.popleft()
             if self._later or (self._gradual and self._waiting):
                 # While this thread is busy, another one takes what still waits or is due later.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 import weakref
+from time import monotonic
 
 import pytest
 
@@ -147,3 +149,39 @@ def test_the_threads_of_a_closed_pool_can_be_waited_for():
 def test_a_task_that_ends_its_pool_does_not_wait_for_itself():
     helpers = WorkerPool("helpers own", 4, daemon=True, idle_seconds=60.0)
     assert helpers.add(lambda: (helpers.close(), helpers.join(30.0))).result(10) == (None, None)
+
+
+def several_idle(pool: WorkerPool, count: int) -> None:
+    """So many threads of the pool that have nothing to do."""
+    begun, go = threading.Barrier(count + 1), threading.Event()
+    tasks = [pool.add(lambda: (begun.wait(10), go.wait(10))) for _ in range(count)]
+    begun.wait(10)
+    go.set()
+    for task in tasks:
+        task.result(10)
+
+
+def test_one_thread_waits_for_what_is_due_and_the_others_sleep(monkeypatch):
+    pool = WorkerPool("helpers herd", 40, daemon=True, idle_seconds=30.0, gradual=True)
+    several_idle(pool, 20)
+    looks = itertools.count()
+    monkeypatch.setattr("rosproto.worker_pool.monotonic", lambda: (next(looks), monotonic())[1])
+    tasks = [pool.add_later(0.01 * n, lambda: None) for n in range(50)]
+    for task in tasks:
+        task.result(10)
+    pool.close()
+    pool.join(10)
+    assert next(looks) < 50 * 8, "for each task two threads wake: that which does it, and the next that waits"
+
+
+def test_what_is_due_earlier_is_done_in_time_whoever_waits_already():
+    pool = WorkerPool("helpers earlier", 20, daemon=True, idle_seconds=30.0, gradual=True)
+    several_idle(pool, 5)
+    late = [pool.add_later(60.0 - n, lambda: None) for n in range(10)]
+    for _ in range(20):
+        assert pool.add_later(0.01, lambda: "in time").result(5) == "in time"
+        assert pool.add(lambda: "at once").result(5) == "at once"
+    assert not any(task.done() for task in late)
+    pool.close()
+    pool.join(10)
+    assert not threads("helpers earlier")
