@@ -1,8 +1,8 @@
 """Base class of a subscriber's link to one publisher: it connects, receives and retries.
 
-Each session, and each try to begin one, has a thread, except those of `LocalLink`; a link that waits for its
-next try has none. The states are in `publisher_link_state.py`. The subclasses `TcprosLink`, `UdprosLink` and
-`LocalLink` (for a publisher in this process) open a session and receive.
+Each session has a thread, except those of `LocalLink`. Shared threads wait for the next tries, and make them.
+The states are in `publisher_link_state.py`. The subclasses `TcprosLink`, `UdprosLink` and `LocalLink` (for a
+publisher in this process) open a session and receive.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING
 
@@ -105,7 +106,7 @@ class PublisherLink:
 
     def start(self) -> None:
         """Begin the first try."""
-        self._begin(LinkEvent.DUE)
+        shared_threads().add(partial(self._run, LinkEvent.DUE))
         self._started = True
 
     @property
@@ -167,21 +168,23 @@ class PublisherLink:
 
     # -- the threads ----------------------------------------------------------------------------------------
 
-    def _begin(self, event: LinkEvent) -> None:
-        """Begin a try in a thread of its own."""
-        name = f"rosproto:{self.topic} < {self.uri}"
-        threading.Thread(target=self._run, args=(event,), name=name, daemon=True).start()
-
     def _run(self, event: LinkEvent) -> None:
-        if self._step(event) is LinkState.REQUESTING:
-            self._work(self._hold_session)
-        else:
+        """Try to begin a session."""
+        if self._step(event) is not LinkState.REQUESTING:
             self._wait()
+        elif self._work(self._begin_session):
+            self._go_on()
+
+    def _go_on(self) -> None:
+        """Receive in a thread of its own; if the process has none left, in this one."""
+        name = f"rosproto:{self.topic} < {self.uri}"
+        try:
+            threading.Thread(target=self._work, args=(self._hold_session,), name=name, daemon=True).start()
+        except RuntimeError:
+            self._work(self._hold_session)
 
     def _hold_session(self) -> bool:
-        """Begin a session and receive."""
-        if self._begin_session():
-            self._receive()
+        self._receive()
         return False
 
     def _begin_session(self) -> bool:
@@ -263,15 +266,8 @@ class PublisherLink:
         with self._condition:
             if self._retry is None:
                 return  # closed
-            nudged, self._nudged = self._nudged, False
-            event = LinkEvent.NUDGED if nudged else LinkEvent.DUE
-            try:
-                self._begin(event)
-            except RuntimeError as error:
-                if not interpreter_shuts_down(error):
-                    self._retry_in(MIN_WAIT_SECONDS)  # the process has no thread left
-                return
-            self._retry = None
+            nudged, self._nudged, self._retry = self._nudged, False, None
+        self._run(LinkEvent.NUDGED if nudged else LinkEvent.DUE)
 
     def _begun(self) -> None:
         self._sessions += 1
