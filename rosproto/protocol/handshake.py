@@ -333,7 +333,8 @@ def _check_required(
     who = f"{name}: {role} {fields.get('callerid', '')} at {peer or 'unknown address'}"
     if "error" in fields:
         raise HandshakeRefused(name, peer, fields["error"])
-    missing = [key for key in required if not fields.get(key)]
+    # rospy takes an empty callerid.
+    missing = [key for key in required if not fields.get(key) and (key != "callerid" or key not in fields)]
     if missing:
         raise RemoteProtocolError(
             f"{who}: connection header without {', '.join(missing)}; "

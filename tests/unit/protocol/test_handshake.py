@@ -145,6 +145,13 @@ def test_a_publisher_requires_topic_md5sum_and_callerid(missing: str) -> None:
         check_sub(subscriber(**{missing: "-"}))
 
 
+def test_an_empty_callerid_is_taken_as_by_rospy() -> None:
+    """Of a subscriber and of a service client; the field itself must be there."""
+    check_sub({**subscriber(), "callerid": ""})
+    fields = {"service": "/s", "md5sum": "*", "callerid": ""}
+    hs.check_service_client_header(fields, service="/s", type_name="p/S", md5sum=STRING)
+
+
 def test_a_subscriber_requires_the_md5sum_and_fills_in_a_missing_type() -> None:
     with pytest.raises(RemoteProtocolError, match="without md5sum"):
         check_pub(publisher(md5sum="-"))
