@@ -297,6 +297,64 @@ def bag_command(case):
     return {key: answer[key] for key in ("out", "error", "says") if key in answer}
 
 
+# -- links ---------------------------------------------------------------------------------------------------
+
+LIVE = {}
+
+
+def live(case):
+    """A node with a latched publisher and a service; its address."""
+    import rospy
+    from std_msgs.msg import String
+    from std_srvs.srv import SetBool
+
+    def answer(request):
+        if not request.data:
+            raise ValueError("refused")
+        return True, "yes"
+
+    if not LIVE:
+        rospy.init_node("live", disable_signals=True, disable_rosout=True)
+        LIVE["publisher"] = rospy.Publisher("/said", String, latch=True, queue_size=10)
+        LIVE["publisher"].publish("latched")
+        LIVE["service"] = rospy.Service("/set", SetBool, answer)
+    return {"uri": rospy.get_node_uri()}
+
+
+def live_call(case):
+    import rospy
+    from std_srvs.srv import SetBool
+
+    try:
+        return {"reply": str(rospy.ServiceProxy(case["service"], SetBool)(True))}
+    except Exception as error:
+        return {"raised": type(error).__name__, "why": {"error": "", "says": str(error)[:300]}}
+
+
+def live_subscribe(case):
+    """Subscribe to a topic that nobody has subscribed to before."""
+    import rospy
+    from std_msgs.msg import String
+
+    if "subscriber" in LIVE:
+        LIVE["subscriber"].unregister()
+    LIVE["number"] = LIVE.get("number", 0) + 1
+    LIVE["received"] = received = []
+    topic = f"/in{LIVE['number']}"
+    LIVE["subscriber"] = rospy.Subscriber(topic, String, lambda message: received.append(message.data))
+    return {"topic": topic}
+
+
+def live_received(case):
+    import time
+
+    count = -1
+    while count != len(LIVE["received"]):
+        count = len(LIVE["received"])
+        time.sleep(0.05)
+    return {"received": list(LIVE["received"])}
+
+
 KINDS = {
     "rosparam_command": rosparam_command,
     "rosparam_functions": rosparam_functions,
@@ -308,6 +366,10 @@ KINDS = {
     "reply": reply,
     "publish": publish,
     "cloud": cloud,
+    "live": live,
+    "live_call": live_call,
+    "live_subscribe": live_subscribe,
+    "live_received": live_received,
     "bag_read": bag_read,
     "bag_command": bag_command,
 }

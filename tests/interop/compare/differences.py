@@ -211,6 +211,25 @@ def _unknown_type(case: Case, theirs: Answer, ours: Answer) -> bool:
     return "MsgNotFound" in str(theirs) or "unknown package [no_such_pkg]" in str(theirs) + str(ours)
 
 
+def _field_of_a_header(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """No field, one without a name, or one with an error."""
+    return any("=" not in word or word.startswith(("=", "error=")) for word in case["header"])
+
+
+def _length_of_a_frame(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """The first frame that differs has not the bytes that its string needs."""
+    good = [frame for frame in case["frames"] if frame in ("050000000100000061", "0400000000000000")]
+    return len(good) < len(case["frames"]) and all(text in theirs["received"] for text in ours["received"])
+
+
+def _length_of_an_answer(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return "reply" in theirs and re.search("bytes at byte|are left", str(ours.get("why"))) is not None
+
+
+def _md5sum_of_a_server(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return "reply" in theirs and "md5sum" in str(ours.get("why"))
+
+
 def _copied_bytes(case: Case, theirs: Answer, ours: Answer) -> bool:
     """A definition is empty or no text of a definition: decoding and encoding loses the bytes."""
     both = [without_connections(answer).get("out.bag", {}).get("messages") for answer in (theirs, ours)]
@@ -466,5 +485,36 @@ DIFFERENCES: list[Difference] = [
         "BagFilter",
         "filter copies bytes as they are; rosbag decodes and encodes them, also without a definition.",
         _copied_bytes,
+    ),
+    *[
+        Difference(
+            kind,
+            "A connection header with a field that is none, or has an error, is refused in words; rospy closes, or takes it.",
+            _field_of_a_header,
+        )
+        for kind in ("ToPublisher", "ToService", "FromService", "FromPublisher")
+    ],
+    Difference(
+        "FromPublisher",
+        "A message with fewer or more bytes than its fields need is an error; genpy takes what is there.",
+        _length_of_a_frame,
+    ),
+    Difference(
+        "FromService",
+        "A response with fewer or more bytes than its fields need is an error; genpy takes what is there.",
+        _length_of_an_answer,
+    ),
+    Difference(
+        "FromService", "A server with another md5sum is refused; rospy does not look.", _md5sum_of_a_server
+    ),
+    Difference(
+        "FromService",
+        "A server whose header has no type is taken; rospy refuses it.",
+        lambda case, theirs, ours: "missing required field [type]" in str(theirs) and "reply" in ours,
+    ),
+    Difference(
+        "ToService",
+        "A request with fewer or more bytes than its fields need is answered by an error; rospy takes it, or never answers.",
+        lambda case, theirs, ours: not {"", "0100"}.isdisjoint(case["calls"]) and "bytes" in str(ours),
     ),
 ]

@@ -13,6 +13,7 @@ from tests.interop.compare.bags import BagCompress, BagFilter, BagFix, BagInfo, 
 from tests.interop.compare.comparison import Kind, Report, compare, debian, layer
 from tests.interop.compare.definitions import Definition, DefinitionByLayer, FullText, FullTextByLayer
 from tests.interop.compare.differences import DIFFERENCES
+from tests.interop.compare.links import FromPublisher, FromService, ToPublisher, ToService
 from tests.interop.compare.parameters import RosparamCommand, RosparamFunctions
 from tests.interop.compare.values import (
     PUBLISHED,
@@ -30,6 +31,7 @@ NAMES = [
     "RosparamCommand", "RosparamFunctions", "Definition", "DefinitionByLayer", "FullText", "FullTextByLayer", "Values",
     "ValuesByLayer", "RosserviceCall", "RostopicEcho", "Reply", "Publish", "Cloud",
     "BagRead", "BagInfo", "BagFilter", "BagReindex", "BagFix", "BagCompress",
+    "ToPublisher", "ToService", "FromService", "FromPublisher",
 ]  # fmt: skip
 
 
@@ -75,6 +77,16 @@ def run(
                 for kind in (BagRead, BagInfo, BagFilter, BagReindex, BagFix, BagCompress)
             ),
         ]
+        nodes = (
+            stack.enter_context(debian(theirs.uri, packages)),
+            theirs.uri,
+            stack.enter_context(layer(our_layers.uri)),
+            our_layers.uri,
+        )
+        links = [kind(*nodes) for kind in (ToPublisher, ToService, FromService, FromPublisher)]
+        for link in links:
+            stack.callback(link.close)
+        kinds += links
         assert [kind.name for kind in kinds] == NAMES
         chosen = [kind for kind in kinds if not only or kind.name in only]
         return compare(chosen, DIFFERENCES, real, seed=seed, seconds=seconds, enough=enough, first=first)
