@@ -45,7 +45,7 @@ def test_each_change_reaches_the_simulated_robot(
     change(web, do="remove_obstacles", teleport={"x": 1.0, "y": 0.0, "yaw": 1.0})
     assert (sim.world.obstacles, sim.pose.x, sim.pose.yaw) == ([], 1.0, 1.0)
     change(web, teleport={"x": 0.5, "y": 0.0})
-    assert sim.pose.yaw == 1.0, "the heading is kept"
+    assert sim.pose.yaw == 0.0, "as in each place of the API"
     change(web, do="lose_localization")
     until(lambda: sim.world.robot_state is RobotState.UNINITIALISED)
     change(web, do="reset")

@@ -103,10 +103,7 @@ def needs_token(path: str) -> bool:
 class SecurityMiddleware:
     """ASGI middleware that checks requests and adds security headers.
 
-    Args:
-        app: The application below.
-        context: Of the application.
-        origins: Origins whose pages may frame the page, and show pictures of the API.
+    Pages of `origins` may frame the page, and show pictures of the API.
     """
 
     def __init__(self, app: ASGIApp, context: WebContext, origins: Iterable[str] = ()) -> None:
@@ -114,9 +111,9 @@ class SecurityMiddleware:
         self._origins, self._headers = frozenset(map(require_page_origin, origins)), dict(_HEADERS)
         if self._origins:
             del self._headers["x-frame-options"]  # it cannot name an origin
-            ancestors = " ".join(("frame-ancestors", "'self'", *sorted(self._origins)))
-            policy = CONTENT_POLICY.replace("frame-ancestors 'none'", ancestors)
-            self._headers["content-security-policy"] = policy
+            self._headers["content-security-policy"] = CONTENT_POLICY.replace(
+                "frame-ancestors 'none'", " ".join(("frame-ancestors", *sorted(self._origins)))
+            )
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """See ASGI."""

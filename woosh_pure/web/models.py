@@ -300,36 +300,20 @@ class RecordingRequest(Request):
     camera: Annotated[bool, Field(description="also images and point clouds: much data")] = False
 
 
-class Spot(Request):
-    """A point on the map."""
-
-    x: Metres
-    y: Metres
-
-
-class Carry(Spot):
-    """Where a simulated robot is carried; without `yaw` it keeps its heading."""
-
-    yaw: Radians | None = None
+SimulatorEvent = Literal[
+    "reset", "press_emergency_stop", "release_emergency_stop", "lose_localization", "remove_obstacles"
+]
+"""Methods of `SimulatedChassis`."""
 
 
 class SimulatorRequest(Request):
     """What happens to a simulated robot. Members that are left out change nothing."""
 
-    do: (
-        Literal[
-            "reset",
-            "press_emergency_stop",
-            "release_emergency_stop",
-            "lose_localization",
-            "remove_obstacles",
-        ]
-        | None
-    ) = None
+    do: SimulatorEvent | None = None
     speed: Annotated[float, _number("simulated seconds per second", ge=0.0, le=100.0)] | None = None
     battery: Annotated[float, _number("%", ge=0.0, le=100.0)] | None = None
-    teleport: Carry | None = None
-    obstacle: Annotated[Spot | None, Field(description="one more, round, 0.25 m in radius")] = None
+    teleport: Place | None = None
+    obstacle: Annotated[Place | None, Field(description="one more, round, 0.25 m in radius")] = None
 
     def apply(self, sim: SimulatedChassis) -> None:
         """Do what is given, in the order of the members."""
@@ -340,15 +324,21 @@ class SimulatorRequest(Request):
         if self.battery is not None:
             sim.set_battery(self.battery)
         if self.teleport is not None:
-            sim.teleport(**self.teleport.model_dump())
+            sim.teleport(self.teleport.x, self.teleport.y, self.teleport.yaw)
         if self.obstacle is not None:
-            sim.add_obstacle(**self.obstacle.model_dump())
+            sim.add_obstacle(self.obstacle.x, self.obstacle.y)
 
 
 class LoginRequest(Request):
     """The token that the server was started with."""
 
     token: Annotated[str, Field(max_length=1000)]
+
+
+class QrRequest(Request):
+    """What a QR code contains."""
+
+    text: Annotated[str, Field(min_length=1, max_length=1000)]
 
 
 # -- answers -------------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import time
 from typing import cast
 
@@ -13,6 +14,7 @@ from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import Problem, language_of
 from woosh_pure.web.live.viewer import Viewer
 from woosh_pure.web.middleware import check_access, login_place, problem_of_refusal
+from woosh_pure.web.optional_libraries import segno
 
 # -- GET access, POST and DELETE login -----------------------------------------------------------------------
 
@@ -58,6 +60,19 @@ def log_out(request: Request, response: Response) -> dict[str, object]:
     """Log this browser out: its cookie is deleted."""
     response.delete_cookie(login_place(request.scope, request.headers)[0], path=_path(request))
     return {"logged_in": False}
+
+
+_SVG: dict[int | str, dict[str, object]] = {
+    200: {"content": {"image/svg+xml": {}}, "description": "black on white"}
+}
+
+
+@login.post("/qr", response_class=Response, responses=_SVG)
+def draw_qr(body: models.QrRequest) -> Response:
+    """A QR code of a text, such as this server's address for a phone. Nothing of the text is kept."""
+    out = io.BytesIO()
+    segno().make(body.text, micro=False).save(out, kind="svg", scale=8, light="white")
+    return Response(out.getvalue(), media_type="image/svg+xml")
 
 
 def _path(request: Request) -> str:

@@ -1,6 +1,6 @@
-// The tab Log: the journal of commands; recordings with their download; the files of the map.
+// The tab Log: the journal of commands; recordings with their download; the files of the map; the page on a phone.
 
-import { button, byId, el, fill, icon } from "./dom.js";
+import { button, byId, el, fill, icon, show } from "./dom.js";
 import { Download, MAX_BYTES } from "./download.js";
 import { bytes, clock, current, has, number, onLanguage, t, word } from "./i18n.js";
 import { attempt, toast } from "./toast.js";
@@ -12,14 +12,14 @@ const FAILED = new Set(["no-room", "not-written"]);
 export const ICONS = { running: "wait", ok: "ok", bad: "no", ended: "stop" };
 
 export class LogTab {
-  constructor({ store, rest }) {
-    this.store = store;
-    this.rest = rest;
+  constructor({ store, rest, token }) {
+    Object.assign(this, { store, rest, token });
     this.recordBox = el("section", { class: "card", id: "recordings" });
     this.list = el("section", { class: "card", id: "journal" });
     this.downloads = new Map(); // id of a recording, or name of a file -> Download
     this.mapBox = el("section", { class: "card", id: "mapfiles" });
-    fill(byId("tab-log"), this.recordBox, this.list, this.mapBox);
+    this.phoneBox = el("section", { class: "card", id: "phone" });
+    fill(byId("tab-log"), this.recordBox, this.list, this.mapBox, this.phoneBox);
     store.on("anew", () => this.downloads.clear());
     store.on("journal", () => this.renderJournal());
     store.on("recordings", () => this.renderRecordings());
@@ -28,6 +28,7 @@ export class LogTab {
       this.renderJournal();
       this.renderRecordings();
       this.renderMap();
+      this.renderPhone();
     });
   }
 
@@ -90,6 +91,20 @@ export class LogTab {
     fill(this.mapBox, el("h2", {}, t("files.title")), el("p", { class: "quiet" }, t("files.hint")), el("div", { class: "row" },
       ...["png", "yaml"].map((kind) =>
         this.download(`map.${kind}`, { path: `map.${kind}`, name: `map.${kind}`, label: `files.${kind}`, id: `save-${kind}` }).root)));
+  }
+
+  // The code contains the token only if it was in the address with which this page was opened.
+  renderPhone() {
+    const address = location.href.split(/[?#]/)[0] + (this.token ? `#token=${encodeURIComponent(this.token)}` : "");
+    const local = /^(localhost|127\.|\[::1\])/.test(location.hostname);
+    const picture = el("img", { class: "picture hidden", id: "qr", alt: t("phone.code") });
+    const draw = () => attempt(async () => {
+      const answer = await this.rest.call("POST", "qr", { text: address });
+      picture.src = URL.createObjectURL(await answer.blob());
+      show(picture);
+    });
+    fill(this.phoneBox, el("h2", {}, t("phone.title")), el("p", { class: "quiet" }, t(local ? "phone.local" : this.token ? "phone.token" : "phone.hint")),
+      local ? null : button(t("phone.code"), draw, { id: "show-qr" }), picture);
   }
 }
 

@@ -27,6 +27,7 @@ import { toast } from "./toast.js";
 import { TokenDialog } from "./token_dialog.js";
 
 const base = new URL("api/v1/", location.href.split(/[?#]/)[0]).href;
+const given = new URLSearchParams(location.hash.slice(1)).get("token");
 const store = new Store();
 const ages = new Ages();
 const parts = new CostmapParts();
@@ -75,14 +76,13 @@ new ReadinessNotice({ store, lease });
 new HealthTab({ store, ages });
 new Plots({ store });
 new CameraTab({ store, link });
-new LogTab({ store, rest });
+new LogTab({ store, rest, token: given });
 new DriveTab({ store, link, lease, leaseBox });
 new SimulatorTab({ store, rest, map });
 
 use(choose([kept("woosh-language"), ...navigator.languages].filter(Boolean)));
 
 // A token in the address is used once and removed, because addresses are visible, stored and shared.
-const given = new URLSearchParams(location.hash.slice(1)).get("token");
 if (given) {
   history.replaceState(null, "", location.pathname + location.search);
   await rest.login(given);

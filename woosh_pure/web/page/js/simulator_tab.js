@@ -13,8 +13,7 @@ const SPEEDS = [0.5, 1, 2, 5, 10];
 
 export class SimulatorTab {
   constructor({ store, rest, map }) {
-    Object.assign(this, { rest, map });
-    this.speed = 1;
+    Object.assign(this, { store, rest, map, speed: 1 });
     store.on("hello", ({ simulator }) => {
       this.speed = simulator?.speed ?? 1;
       this.render();
@@ -27,10 +26,10 @@ export class SimulatorTab {
     return attempt(() => this.rest.call("POST", "simulator", body));
   }
 
-  // What a tap on the map does from now on: one of TAPS, or null, an ordinary tap.
+  // What a tap on the map does from now on: one of TAPS, or null, an ordinary tap. The robot keeps its heading.
   choose(what) {
     this.chosen = what;
-    this.map.ontap = what && ((x, y) => this.send({ [what]: { x, y } }));
+    this.map.ontap = what && ((x, y) => this.send({ [what]: { x, y, yaw: this.store.get("pose")?.yaw ?? 0 } }));
     this.render();
   }
 

@@ -272,4 +272,9 @@ export const en = {
   "sim.reset": "Reset all",
   "sim.speed": "Speed of time",
   "what.simulate": "Changed the simulation",
+  "phone.title": "This page on a phone",
+  "phone.code": "QR code of the address",
+  "phone.hint": "Scan the code with a phone that is in this network.",
+  "phone.token": "Scan the code with a phone that is in this network. It contains the token: show it only to those who may move the robot.",
+  "phone.local": "This address works on this computer only. Start the server with --bind and this computer's address in the network, and open the page there.",
 };

@@ -272,4 +272,9 @@ export const zh = {
   "sim.reset": "全部重置",
   "sim.speed": "时间倍速",
   "what.simulate": "更改了仿真",
+  "phone.title": "在手机上打开",
+  "phone.code": "地址的二维码",
+  "phone.hint": "请用同一网络中的手机扫描二维码。",
+  "phone.token": "请用同一网络中的手机扫描二维码。二维码包含令牌：只给允许移动机器人的人看。",
+  "phone.local": "此地址只能在这台电脑上使用。请用 --bind 加上这台电脑在网络中的地址启动服务器，再打开那个页面。",
 };
