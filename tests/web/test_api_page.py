@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -40,5 +40,53 @@ def test_every_operation_is_shown_and_nothing_is_fetched_from_elsewhere(
         assert text in shown
     assert page.evaluate("document.documentElement.scrollWidth") <= 320, "it scrolls sideways"
     assert [url for url in asked if not url.startswith(hall.url)] == []
+    assert errors == []
+    page.close()
+
+
+@pytest.mark.slow
+def test_a_request_is_tried_and_motion_asks_first(robot: Robot, browser: Browser) -> None:
+    """What was refused moves nothing; what was confirmed does; a picture is shown, and a refusal in its words."""
+    page = browser.new_page(locale="en", viewport={"width": 320, "height": 640})
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(f"{robot.url}docs/")
+
+    def tried(operation: str) -> str:
+        """Send what is filled in; return what came."""
+        with page.expect_response(lambda answer: "/api/v1/" in answer.url):
+            page.click(f"#{operation} button")
+        page.wait_for_selector(f"#{operation} form pre")
+        return page.inner_text(f"#{operation} form pre")
+
+    page.click("#get_status summary")
+    assert '"robot":"sim"' in tried("get_status").replace(" ", "")
+    page.click("#get_picture summary")
+    for name, value in (("source", "color"), ("form", "jpg"), ("width", "64")):
+        page.fill(f"#get_picture-{name}", value)
+    assert tried("get_picture").startswith("200")
+    page.wait_for_selector("#get_picture form img")
+    page.click("#get_goal summary")
+    page.fill("#get_goal-goal", "no/such goal")
+    assert "404" in tried("get_goal")
+    questions: list[str] = []
+    answers = iter(["dismiss", "accept"])
+
+    def asked(dialog: Any) -> None:
+        questions.append(dialog.message)
+        getattr(dialog, next(answers))()
+
+    page.on("dialog", asked)
+    page.click("#create_goal summary")
+    page.fill("#create_goal textarea", '{"kind": "rotate", "angle": 0.5}')
+    page.click("#create_goal button")
+    page.wait_for_timeout(300)
+    assert page.locator("#create_goal form pre").count() == 0, "it was refused"
+    assert tried("create_goal").startswith("201 /api/v1/goals/")
+    assert questions == ["This moves the robot. Check that the way is clear. Send it?"] * 2
+    page.click("#stop summary")
+    assert '"stands_still":true' in tried("stop").replace(" ", "")
+    assert len(questions) == 2, "a stop asks nothing"
+    assert page.evaluate("document.documentElement.scrollWidth") <= 320, "it scrolls sideways"
     assert errors == []
     page.close()

@@ -6,12 +6,13 @@ const chinese = navigator.language.startsWith("zh");
 const WORDS = chinese
   ? {
     answers: "应答", body: "请求体", name: "名称", optional: "可选", parameters: "参数", token: "这台服务器需要令牌：请先打开主页登录，再回到这里。",
-    failed: "无法读取 openapi.json：", robots: "每个地址也可以写在 /api/v1/robots/名称/ 之下，用于指定某一台机器人。", page: "主页", deprecated: "旧名称",
+    failed: "无法读取 openapi.json：", robots: "每个地址也可以写在 /api/v1/robots/名称/ 之下，用于指定某一台机器人。", page: "主页", deprecated: "旧名称", send: "试一试", moves: "这会让机器人移动。请确认路线畅通。发送吗？",
   }
   : {
     answers: "Answers", body: "Body", name: "Name", optional: "optional", parameters: "Parameters", token: "This server needs a token: open the page of the robot, sign in there, and come back.",
-    failed: "openapi.json cannot be read: ", robots: "Each address is there below /api/v1/robots/NAME/ as well, for one robot of several.", page: "page of the robot", deprecated: "old name",
+    failed: "openapi.json cannot be read: ", robots: "Each address is there below /api/v1/robots/NAME/ as well, for one robot of several.", page: "page of the robot", deprecated: "old name", send: "Try it", moves: "This moves the robot. Check that the way is clear. Send it?",
   };
+const MOVES = new Set(["create_goal", "resume_goal"]);
 const SHOWN = ["get", "post", "patch", "delete"];
 const root = location.pathname.replace(/(\/robots\/[^/]+)?\/docs\/[^/]*$/, "");
 
@@ -63,6 +64,33 @@ function shape(operation) {
   return body ? [el("h3", {}, WORDS.body), ...kinds(body).flatMap((one) => [el("p", {}, one.description ?? ""), members(one)])] : [];
 }
 
+// Sends the request with the log-in of this browser; what moves the robot asks first.
+function trial(path, method, operation) {
+  const given = (operation.parameters ?? []).filter((one) => one.in !== "header").map((one) => [one, el("input", { id: `${operation.operationId}-${one.name}` })]);
+  const schema = operation.requestBody?.content["application/json"]?.schema;
+  const body = schema && el("textarea", { "aria-label": WORDS.body, rows: 6 });
+  if (body) body.value = JSON.stringify(example(schema), null, 2);
+  const shown = el("div", { "aria-live": "polite" });
+  const send = async () => {
+    const query = given.filter(([one, { value }]) => one.in === "query" && value).map(([one, { value }]) => `${one.name}=${encodeURIComponent(value)}`);
+    const at = given.reduce((left, [one, { value }]) => left.replace(`{${one.name}}`, encodeURIComponent(value)), path);
+    const answer = await fetch(`${root}${at}?${query.join("&")}`, {
+      method: method.toUpperCase(), ...(body?.value ? { body: body.value, headers: { "content-type": "application/json" } } : {}),
+    });
+    const picture = answer.headers.get("content-type")?.startsWith("image/");
+    const text = picture ? "" : await answer.text();
+    fill(shown, el("pre", {}, `${answer.status} ${answer.headers.get("location") ?? ""}\n${text}`),
+      picture ? el("img", { src: URL.createObjectURL(await answer.blob()), alt: at }) : null);
+  };
+  const onsubmit = (event) => {
+    event.preventDefault();
+    if (MOVES.has(operation.operationId) && !confirm(WORDS.moves)) return;
+    send().catch((error) => fill(shown, el("pre", {}, error.message)));
+  };
+  return el("form", { onsubmit }, ...given.map(([one, input]) => el("label", {}, el("span", {}, one.name), input)), body ?? "",
+    el("button", {}, WORDS.send), shown);
+}
+
 function answers(operation) {
   return el("table", {}, ...Object.entries(operation.responses).map(([status, answer]) => {
     const schema = answer.content?.["application/json"]?.schema;
@@ -78,6 +106,7 @@ function operationOf(path, method, operation, secret) {
   return el("details", { id: operation.operationId },
     el("summary", {}, el("strong", {}, el("code", {}, `${method.toUpperCase()} ${path}`)), ` ${operation.description ?? ""}`),
     el("pre", {}, curl(method, path, operation, secret)),
+    path.endsWith("/stream") ? null : trial(path, method, operation),
     ...(given.length ? [el("h3", {}, WORDS.parameters), el("table", {}, ...given)] : []),
     ...shape(operation),
     el("h3", {}, WORDS.answers), answers(operation));
