@@ -277,9 +277,10 @@ def test_only_the_command_imports_the_command() -> None:
 
 
 CHASSIS_FLOORS = [
+    "language",
     "enums firmware geometry interface lease reasons",
     "faults",
-    "language outcome values",
+    "outcome values",
     "errors maps",
     "connection",
     "feed",

@@ -262,7 +262,7 @@ class Chassis(Readings, MotionVerbs, Peripherals):
             if deadline.expired and not ready:
                 text = "not ready" if readiness.blocked else "whether it is ready is not known"
                 raise RosTimeout(
-                    led(say(text), readiness.sentence()),
+                    led(say(text), str(readiness)),
                     what="readiness",
                     seconds=timeout,
                 )

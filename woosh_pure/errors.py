@@ -8,13 +8,14 @@ from __future__ import annotations
 from rosproto.deprecation import former_attribute, former_parameters
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.sentence import both, shown
+from woosh_pure.language import Spoken
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness, Reason, ReasonKey
 
 __all__ = ["ChassisError", "FirmwareLimit", "GoalFailed", "MotionRefused", "StaleState"]
 
 
-class ChassisError(RosError):
+class ChassisError(RosError, Spoken):
     """Base of the errors of the chassis API. Its text is one line, also if it quotes the chassis."""
 
     def __str__(self) -> str:
@@ -85,7 +86,7 @@ class GoalFailed(ChassisError):
     """
 
     def __init__(self, outcome: Outcome) -> None:
-        super().__init__(outcome.sentence())
+        super().__init__(str(outcome))
         self.outcome = outcome
         if outcome.kind is OutcomeKind.CONNECTION_LOST:
             self.exit_code = ConnectionLost.exit_code

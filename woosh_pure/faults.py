@@ -18,6 +18,7 @@ from typing import Any
 
 from rosproto.sentence import both, say
 from woosh_pure.enums import RobotState
+from woosh_pure.language import Spoken
 
 __all__ = [
     "ActiveFaults",
@@ -210,7 +211,7 @@ def _texts(code: int, entry: list[object] | None) -> tuple[list[str], str, str, 
     return identifiers, " or ".join(map(english, words)), "或".join(map(chinese, words)), True
 
 
-class Faults(tuple[StatusCode, ...]):
+class Faults(tuple[StatusCode, ...], Spoken):
     """Received faults that have not ended, the worst first, and whether there are no others.
 
     Codes are sent on change only, so earlier ones are not received. The state of the robot shows whether
@@ -240,7 +241,7 @@ class Faults(tuple[StatusCode, ...]):
             return True
         return False if self.known else None
 
-    def sentence(self) -> str:
+    def __str__(self) -> str:
         """Describe the faults in one line."""
         if self:
             return both(*map(str, self))

@@ -7,6 +7,7 @@ from enum import Enum
 
 from rosproto.sentence import advice, both, say, shown
 from woosh_pure.faults import with_words
+from woosh_pure.language import Spoken
 
 __all__ = ["NOT_CONFIRMED", "Outcome", "OutcomeKind"]
 
@@ -31,7 +32,7 @@ class OutcomeKind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(Spoken):
     """How a goal ended.
 
     Attributes:
@@ -64,10 +65,6 @@ class Outcome:
         return self.arrived
 
     def __str__(self) -> str:
-        """`sentence()`."""
-        return self.sentence()
-
-    def sentence(self) -> str:
         """Return one sentence for people: the goal, its end, the reason and the next step."""
         how = "{goal}: {kind} after {seconds:.1f} s"
         parts: list[str] = [say(how, goal=self.description, kind=self.kind, seconds=self.seconds)]

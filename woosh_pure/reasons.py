@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from rosproto.sentence import both, say, shown
+from woosh_pure.language import Spoken
 
 __all__ = ["Readiness", "Ready", "Reason", "ReasonKey"]
 
@@ -83,7 +84,7 @@ class Reason:
 
 
 @dataclass(frozen=True, slots=True)
-class Readiness:
+class Readiness(Spoken):
     """Whether the chassis would move: yes, no, or not known.
 
     Attributes:
@@ -119,10 +120,6 @@ class Readiness:
         return self.ready
 
     def __str__(self) -> str:
-        """`sentence()`."""
-        return self.sentence()
-
-    def sentence(self) -> str:
         """All reasons in one line."""
         if not self.reasons:
             return say("nothing is known to prevent it from moving")

@@ -58,7 +58,7 @@ def check_drive() -> str:
         _near("the distance from the mark", off, 0.0, 0.1)
         report = chassis.stop(everything=True, timeout=_PATIENCE)
         if report.standing is not True:
-            raise CheckFailed(report.sentence())
+            raise CheckFailed(str(report))
     return say(
         "a step, a velocity and a task on a simulated chassis; it ended {off:.0f} mm from its mark",
         off=off * 1000,

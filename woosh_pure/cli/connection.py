@@ -175,6 +175,6 @@ def stop_and_tell(chassis: Chassis, out: Output) -> None:
         with out.working("stopping"):
             report = chassis.stop(timeout=4.0)
         try:
-            out.line(report.sentence())
+            out.line(str(report))
         except (OSError, ValueError):
             pass  # the terminal has gone; the stop matters, not the report

@@ -27,8 +27,8 @@ from rosproto.errors import RosError
 from rosproto.version import __version__
 from woosh_pure.cli.arguments import EachChassis
 from woosh_pure.cli.commands import COMMANDS, add_arguments, run
-from woosh_pure.cli.output import EXIT_CODES, Output, spoken
-from woosh_pure.language import LANGUAGES, language_of
+from woosh_pure.cli.output import EXIT_CODES, Output
+from woosh_pure.language import LANGUAGES, language_of, translated
 
 COMMON_LINE = (
     "Which chassis (--chassis, --master, --sim), --json, --lang and the other options of every command: "
@@ -117,7 +117,7 @@ def _speaking(language: str) -> type[Parser]:
 
     class Speaking(Parser):
         def spoken(self, text: str) -> str:
-            return spoken(text, language)
+            return translated(text, language)
 
     return Speaking
 

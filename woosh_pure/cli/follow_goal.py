@@ -65,7 +65,7 @@ def follow(
 
 def report(outcome: Outcome, out: Output, **more: object) -> int:
     """Print how a goal ended, and return the exit code."""
-    out.line(outcome.sentence())
+    out.line(str(outcome))
     out.result(
         {"ok": outcome.arrived, "outcome": outcome.kind.value, "seconds": round(outcome.seconds, 2), **more}
     )

@@ -11,6 +11,7 @@ from rosproto import cli
 from rosproto.cli import DONE, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, WRONG_USE, own
 from rosproto.sentence import Sentence, say
 from woosh_pure.enums import TaskState
+from woosh_pure.language import translated
 
 if TYPE_CHECKING:
     from woosh_pure.values.state import RobotStatus
@@ -39,17 +40,8 @@ class Output(cli.Output):
     """
 
     def __init__(self, *, as_json: bool = False, stream: TextIO | None = None, language: str = "en") -> None:
-        super().__init__(as_json=as_json, stream=stream, translate=partial(spoken, language=language))
+        super().__init__(as_json=as_json, stream=stream, translate=partial(translated, language=language))
         self.language = language
-
-
-def spoken(text: str, language: str) -> str:
-    """Translate a text to a language of `woosh_pure.language`."""
-    if language == "en":
-        return text
-    from woosh_pure.language.table import translator_for
-
-    return translator_for(language).say(text)
 
 
 def task_words(status: RobotStatus) -> Sentence:

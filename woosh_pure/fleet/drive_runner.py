@@ -122,7 +122,7 @@ class DriveRunner:
             with request:
                 report = self._chassis.stop(everything=True, timeout=_STOP_SECONDS)
             standing = bool(report.standing)
-            _log.warning("! how something that moves the robot ended is not known: %s", report.sentence())
+            _log.warning("! how something that moves the robot ended is not known: %s", str(report))
         except RosError as error:
             _log.warning("! the robot was not stopped: %s", error)
         self._report_end(StopEnded(standing))

@@ -171,7 +171,7 @@ class ChassisMonitor:
         if ReasonKey.MANUAL_MODE in keys and mode is RobotMode.UNDEFINED:
             mode = RobotMode.MANUAL
         self.mode = operating_mode(int(mode), owner=owner)
-        self.blocked = readiness.sentence() if readiness.refuses else ""
+        self.blocked = str(readiness) if readiness.refuses else ""
 
 
 class StandingCheck:

@@ -508,7 +508,7 @@ class Vehicle:
         assert self._journal is not None
         facts = {
             "vehicle": self.config.prefix, "version": __version__, "chassis": self.chassis.master_uri,
-            "readiness": self.chassis.readiness().sentence(), "facts": repr(self.facts),
+            "readiness": str(self.chassis.readiness()), "facts": repr(self.facts),
             "order": self._order.state.to_json(),
         }  # fmt: skip
         name = self._journal.write(reason, facts)

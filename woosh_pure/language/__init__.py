@@ -1,9 +1,12 @@
-"""The languages of the commands' texts. Chosen by --lang, else by the environment, else by Windows.
+"""The languages of texts for people. Chosen by --lang, else by the environment, else by Windows.
 
 All other packages write English sentences. This package has a table for each other language, with named
 placeholders: `zh/*.txt`. A sentence is looked up when it is printed, and its values are filled into the
 translation. JSON for programs is not translated. The table (`table.translator_for`) is loaded only for a
 language other than English.
+
+In Python, `str(x)` is English everywhere, so logs, tests and reports of faults are the same on each computer.
+`x.sentence()` and `said(x)` are in the language of the user.
 """
 
 from __future__ import annotations
@@ -13,11 +16,48 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TextIO
 
-__all__ = ["LANGUAGES", "language_of"]
+from rosproto.sentence import sentence_of
+
+__all__ = ["LANGUAGES", "Spoken", "language_of", "said", "translated"]
 
 LANGUAGES = ("en", "zh")
 _CHINESE = 0x04  # primary language identifier of Windows
 _PRIMARY = 0x3FF
+
+
+class Spoken:
+    """Base of what has a text for people, its `str()`."""
+
+    __slots__ = ()
+
+    def sentence(self, lang: str | None = None) -> str:
+        """Return the text in a language, see `said`; `str()` is the English text."""
+        return said(self, lang)
+
+
+def said(thing: object, lang: str | None = None) -> str:
+    """Return the text of an exception, an outcome or another object in a language.
+
+    Args:
+        thing: What has no translation stays English.
+        lang: One of `LANGUAGES`; None for the user's, as the commands choose it (`language_of`).
+
+    Raises:
+        ValueError: The language is not one of `LANGUAGES`.
+    """
+    text = sentence_of(thing) if isinstance(thing, BaseException) else str(thing)
+    return translated(text, language_of(stream=sys.stdout) if lang is None else lang)
+
+
+def translated(text: str, language: str) -> str:
+    """Return a text in a language of `LANGUAGES`."""
+    if language not in LANGUAGES:
+        raise ValueError(f"lang={language!r}: expected one of {', '.join(LANGUAGES)}")
+    if language == "en":
+        return text
+    from woosh_pure.language.table import translator_for
+
+    return translator_for(language).say(text)
 
 
 def language_of(

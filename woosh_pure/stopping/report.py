@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from rosproto.sentence import both, say, shown
+from woosh_pure.language import Spoken
 
 
 @dataclass(slots=True)
-class StopReport:
+class StopReport(Spoken):
     """The result of `stop`.
 
     Attributes:
@@ -27,10 +28,6 @@ class StopReport:
     pending: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
-        """`sentence()`."""
-        return self.sentence()
-
-    def sentence(self) -> str:
         """Return the report as one sentence."""
         state = {
             True: "the robot stands still",

@@ -209,7 +209,7 @@ class Goal:
             "progress": printable(self.handle.progress_line()) if outcome is None else "",
             "percent": None if percent is None or not math.isfinite(percent) else round(float(percent), 1),
             "stands_still": None if outcome is None else outcome.stopped,
-            "text": self.error if outcome is None else for_clients(outcome.sentence()),
+            "text": self.error if outcome is None else for_clients(str(outcome)),
             "seconds": round(
                 time.monotonic() - self.begun_monotonic if outcome is None else outcome.seconds, 2
             ),
@@ -305,7 +305,7 @@ class GoalManager:
             goal.ended.set()  # first, because the following calls may block
             goal.reasons = self._reasons(outcome)
             goal.said = None if outcome.arrived else said_part(outcome.text)
-            text = for_clients(outcome.sentence())
+            text = for_clients(str(outcome))
             self._journal.end(goal.entry, outcome.kind.value, text, reasons=goal.reasons, said=goal.said)
 
     def _reasons(self, outcome: Outcome) -> tuple[dict[str, object], ...]:

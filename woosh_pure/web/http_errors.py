@@ -16,7 +16,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import Sentence, say, sentence_of, shown
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
-from woosh_pure.language.table import translator_for
+from woosh_pure.language import translated
 from woosh_pure.web.snapshot import reasons_part, said_part
 
 MEDIA_TYPE = "application/problem+json"
@@ -125,7 +125,7 @@ class Problem(Exception):
             "type": f"urn:woosh:{kind}",
             "title": title_of(self.status),
             "status": self.status,
-            "detail": printable(_said(self.text, language)),
+            "detail": printable(translated(shown(self.text), language)),
             "instance": instance,
             **self.facts,
         }
@@ -134,13 +134,6 @@ class Problem(Exception):
 def for_clients(text: str) -> str:
     """Replace advice for Python in a sentence of the library by advice for clients of the API."""
     return text.advised(ADVICE) if isinstance(text, Sentence) else text
-
-
-def _said(text: str, language: str) -> str:
-    text = shown(text)
-    if language == "en":
-        return text
-    return translator_for(language).say(text)
 
 
 def language_of(headers: Mapping[str, str]) -> str:

@@ -177,7 +177,7 @@ class Robot:
             self.journal.end(entry, "failed", str(error))
             raise
         state = {True: "stands still", False: "STILL MOVES", None: "not known"}[report.standing]
-        self.journal.end(entry, state, report.sentence())
+        self.journal.end(entry, state, str(report))
         return report
 
     def close(self, why: str) -> None:

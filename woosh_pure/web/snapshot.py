@@ -16,7 +16,7 @@ from rosproto.text import printable
 from woosh_pure.faults import Faults, with_words
 from woosh_pure.feed.feed import Reading
 from woosh_pure.geometry import Pose2D, Velocity
-from woosh_pure.language.table import translator_for
+from woosh_pure.language import translated
 from woosh_pure.lease import LeaseState
 from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.stopping.report import StopReport
@@ -109,7 +109,7 @@ def readiness_part(readiness: Readiness) -> dict[str, object]:
     """Whether the robot would move ("yes", "no" or "not known"), and why not."""
     return {
         "answer": readiness.answer.value,
-        "text": readiness.sentence(),
+        "text": str(readiness),
         "reasons": reasons_part(readiness.reasons),
     }
 
@@ -136,7 +136,7 @@ def said_part(text: str) -> dict[str, str] | None:
     words = getattr(said, "values", {}).get("words")
     if words is not None:  # a status code alone: its meaning
         return {"text": printable(words.said("en")), "text_zh": printable(words.said("zh"))}
-    return {"text": printable(said), "text_zh": printable(translator_for("zh").say(said))}
+    return {"text": printable(said), "text_zh": printable(translated(said, "zh"))}
 
 
 def faults_part(faults: Faults) -> dict[str, object]:
@@ -144,7 +144,7 @@ def faults_part(faults: Faults) -> dict[str, object]:
     return {
         "known": faults.known,
         "present": faults.present,
-        "text": faults.sentence(),
+        "text": str(faults),
         "active": [
             {
                 "code": fault.code,
@@ -179,7 +179,7 @@ def stop_part(report: StopReport) -> dict[str, object]:
     """The result of a stop."""
     return {
         "stands_still": report.standing,
-        "text": report.sentence(),
+        "text": str(report),
         "cancelled": list(report.cancelled),
         "problems": list(report.problems),
         "pending": list(report.pending),

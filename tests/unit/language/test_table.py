@@ -125,7 +125,7 @@ def test_what_a_stop_has_done_is_said_by_its_parts() -> None:
     assert report.sentence() == (
         "the robot stands still; cancelled mark ready; {x}; asked again until its end is seen: task 3"
     )
-    said = translator_for("zh").say(report.sentence())
+    said = report.sentence("zh")
     assert said == "机器人已停稳；已取消标记点 ready; {x}；再次请求，直到看到它结束：task 3"
 
 

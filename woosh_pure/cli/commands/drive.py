@@ -79,7 +79,7 @@ def run_drive(args: Namespace, out: Output) -> None:
             raise
         report = chassis.stop(timeout=4.0)
         stands = report.standing and not report.problems
-        out.line("the robot stands still" if stands else report.sentence())
+        out.line("the robot stands still" if stands else str(report))
 
 
 def _ask(out: Output) -> None:

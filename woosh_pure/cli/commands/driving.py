@@ -270,6 +270,6 @@ def run_stop(args: Namespace, out: Output) -> int:
         # Other processes started the motion.
         with out.working("stopping"):
             report = chassis.stop(everything=True, end_drivers=args.end_drivers, timeout=args.timeout)
-        out.line(report.sentence())
+        out.line(str(report))
         out.result(asdict(report))
         return 0 if report.standing else 1

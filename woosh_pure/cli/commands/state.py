@@ -39,9 +39,9 @@ def run_status(args: Namespace, out: Output) -> int:
         heard = {name: r for name, r in readings.items() if r is not None}
         for name in ("status", "battery", "pose", "velocity", "odometer", "information"):
             out.line(out.cell(name, 12), _status_line(name, heard.get(name)))
-        out.line(out.cell("faults", 12), faults.sentence())
+        out.line(out.cell("faults", 12), str(faults))
         answer = verdict(readiness, out, short=True)
-        out.line(out.cell("ready", 12), say("{head}: {tail}", head=answer, tail=readiness.sentence()))
+        out.line(out.cell("ready", 12), say("{head}: {tail}", head=answer, tail=str(readiness)))
         silent = sorted(set(readings) - set(heard))
         out.line(out.cell("silent", 12), ", ".join(silent) or "none")
         out.result(
@@ -120,7 +120,7 @@ def run_ready(args: Namespace, out: Output) -> int:
                 _wait_until_ready(chassis, args.wait)
         readiness = readiness_of(chassis)
     answer = readiness.answer.value
-    out.line("{head}: {tail}", head=verdict(readiness, out), tail=readiness.sentence())
+    out.line("{head}: {tail}", head=verdict(readiness, out), tail=str(readiness))
     out.result({"ready": as_json(readiness), "answer": answer, "reasons": list(readiness.reasons)})
     return READY[answer]
 
@@ -238,7 +238,7 @@ def run_faults(args: Namespace, out: Output) -> int:
         if not faults and not is_there(chassis):
             raise ChassisError(nobody_there(chassis))
     if not faults:
-        out.line(faults.sentence())
+        out.line(str(faults))
     _print_codes(faults, args, out)
     out.result({"known": faults.known, "present": faults.present, "faults": list(faults)})
     return {True: FAILED, False: DONE, None: NOT_KNOWN}[faults.present]

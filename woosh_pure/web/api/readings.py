@@ -47,7 +47,7 @@ def get_status(request: Request) -> dict[str, object]:
         "battery_percent": None if battery is None else battery.value.percent,
         "pose": None if pose is None else pose_part(pose.value),
         "ready": readiness.answer.value,
-        "text": readiness.sentence(),
+        "text": str(readiness),
         "age": min(known, default=None),
     }
 

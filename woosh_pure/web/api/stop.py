@@ -60,7 +60,7 @@ async def stop(request: Request) -> Response:
         return JSONResponse(stop_part(report))
     complaint.text = say(
         "stopped anyway: {report}; but {complaint}",
-        report=report.sentence(),
+        report=str(report),
         complaint=say(complaint.text),
     )
     document = {**stop_part(report), **complaint.document(request.url.path, language_of(request.headers))}
