@@ -24,7 +24,7 @@ async def main(connected: Chassis) -> None:
 
         # With a handle: leaving the block cancels what still runs.
         async with chassis.go_to(0.0, 0.0) as handle:
-            async for progress in handle.progress():
+            async for progress in handle.reports():
                 print("  on its way:", progress.pose)
                 break
         print(handle.outcome)

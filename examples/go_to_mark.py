@@ -6,7 +6,7 @@ from woosh_pure import GoalFailed, MotionRefused
 
 with robot() as chassis:
     handle = chassis.go_to_mark("A1")
-    handle.on_progress(lambda status: print("  task is", status.task_state))
+    handle.on_progress(lambda progress: print(f"  {progress.seconds:.1f} s, at {progress.pose}"))
     print(handle.wait(timeout=60).sentence())
 
     # Whatever is not an arrival is an exception; nothing can be mistaken for success.

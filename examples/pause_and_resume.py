@@ -10,7 +10,7 @@ with robot(speed=1.0) as chassis:
     print(task.wait(timeout=60).sentence())
 
     move = chassis.move(0.8)
-    for report in move.progress():
+    for report in move.reports():
         if report.percent > 30:
             break
     move.pause()

@@ -187,7 +187,7 @@ def test_a_chassis_of_rospy_nodes_of_another_revision(robot: tuple[str, Any, Cha
     assert (battery.percent, battery.bms_status, battery.cell_voltage_min) == (55, 3, 3.5)
     assert chassis.go_to_mark("A").wait(60).arrived
     handle = chassis.move(0.5)
-    assert next(report.percent for report in handle.progress() if report.percent > 50.0) == 100.0
+    assert next(report.percent for report in handle.reports() if report.percent > 50.0) == 100.0
     chassis.node.params["/seen"] = True
     assert handle.wait(60).code == 1
     assert "angle" not in process.wait_for(r"steps \[\(1, 0.5, .*").group()

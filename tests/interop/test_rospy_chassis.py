@@ -110,7 +110,7 @@ def test_steps_and_navigation_end_as_they_should(robot: Chassis, master: Master)
         parameters.set_param("/percent", 0.0)
         handle = robot.move(0.5)
         seen = []
-        for report in handle.progress():
+        for report in handle.reports():
             seen.append(report.percent)
             parameters.set_param("/percent", report.percent)
     assert seen == [30.0, 60.0, 100.0]

@@ -108,7 +108,7 @@ async def test_a_goal_in_a_block_has_a_handle_and_ends_with_the_block(sim):
     sim.speed = 1.0
     async with aio.Chassis(sim.master_uri) as robot:
         async with robot.go_to_mark("A1") as handle:
-            async for status in handle.progress():
+            async for status in handle.reports():
                 assert status.task_id == handle.task_id
                 break
             await moving(sim)
@@ -132,7 +132,7 @@ async def test_progress_ends_with_the_goal(sim):
         seen: list[float] = []
         called: list[float] = []
         handle.on_progress(lambda report: called.append(report.percent))
-        async for report in handle.progress():
+        async for report in handle.reports():
             seen.append(report.percent)
         assert seen == sorted(seen)
         assert (await handle).arrived

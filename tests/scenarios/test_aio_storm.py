@@ -37,7 +37,7 @@ async def drive(robot: aio.Chassis) -> None:
 
 async def in_block(robot: aio.Chassis) -> None:
     async with robot.go_to_mark("A1") as handle:
-        async for _ in handle.progress():
+        async for _ in handle.reports():
             pass
 
 

@@ -23,7 +23,7 @@ MOVING = "handle = chassis.go_to(2.5, 0.0); chassis.measured_velocity.wait_for(l
 # Each of these would wait for ever.
 WAITS = {
     "handle.wait": f"{MOVING}; print('waiting', flush=True); handle.wait(None)",
-    "handle.progress": f"{MOVING}; print('waiting', flush=True)\\n    for _ in handle.progress(): pass",
+    "handle.progress": f"{MOVING}; print('waiting', flush=True)\\n    for _ in handle.reports(): pass",
     "feed.wait": f"{MOVING}; print('waiting', flush=True); chassis.feed('/lift').wait(None)",
     "feed.wait_for": f"{MOVING}; print('waiting', flush=True); chassis.odometer.wait_for(lambda v: False, None)",
     "for in feed": f"{MOVING}; print('waiting', flush=True)\\n    for _ in chassis.feed('/lift'): pass",

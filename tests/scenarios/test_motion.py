@@ -25,7 +25,7 @@ from woosh_pure.velocity.shaper import DriveLimits, Shaper
 
 def test_go_to_a_pose(sim, chassis):
     handle = chassis.go_to(2.0, 1.0, math.pi / 2)
-    seen = list(handle.progress())
+    seen = list(handle.reports())
     assert handle.wait(20.0).arrived
     assert sim.pose.distance_to(Pose2D(2.0, 1.0)) < 0.03
     assert seen
@@ -74,7 +74,7 @@ def test_move_and_rotate(sim, chassis):
 def test_several_steps_as_one_goal(sim, chassis):
     steps = [Step.straight(0.4), Step.turn(math.pi / 2, 1.0), Step.straight(0.2)]
     handle = chassis.steps(steps)
-    indices = [report.index for report in handle.progress()]
+    indices = [report.index for report in handle.reports()]
     handle.wait()
     assert sim.pose.distance_to(Pose2D(0.4, 0.2)) < 0.02
     assert indices == sorted(indices)
@@ -83,7 +83,7 @@ def test_several_steps_as_one_goal(sim, chassis):
 
 def test_pause_and_resume_of_steps_send_what_remains(sim, real_time, chassis, until):
     handle = chassis.steps([Step.straight(0.8), Step.turn(1.0, 1.0)])
-    until(lambda: handle.latest_progress and handle.latest_progress.percent > 20)
+    until(lambda: handle.latest_report and handle.latest_report.percent > 20)
     handle.pause()
     chassis.measured_velocity.wait_for(Velocity.is_standing, 5.0)
     held = sim.pose

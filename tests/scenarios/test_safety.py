@@ -177,7 +177,7 @@ def test_a_drive_of_an_order_that_is_being_prepared_does_not_begin_after_a_stop(
 
 def test_a_resume_that_a_stop_overtakes_does_not_move(sim, real_time, chassis, until, monkeypatch):
     handle = chassis.move(2.0)
-    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    until(lambda: handle.latest_report and handle.latest_report.percent > 5)
     handle.pause()
     until(lambda: sim.world.body.velocity.is_standing())
     with held(monkeypatch, rosproto.ActionClient, "send_goal") as (came, go_on):
@@ -552,7 +552,7 @@ def test_a_paused_move_is_lost_with_its_chassis(sim, real_time, chassis, until, 
     """The goal of a paused move has ended; only the chassis itself can tell that there is nothing left to resume."""
     monkeypatch.setattr("woosh_pure.feed.feed._LOST_AFTER", 2.0)
     handle = chassis.move(2.0)
-    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    until(lambda: handle.latest_report and handle.latest_report.percent > 5)
     handle.pause()
     chassis.measured_velocity.wait(5.0)
     assert not handle.done

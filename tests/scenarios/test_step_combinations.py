@@ -59,7 +59,7 @@ def omni(omnidirectional):
 def test_all_four_kinds_as_one_goal_on_an_omnidirectional_base(omni):
     with Chassis(omni.master_uri) as chassis:
         handle = chassis.steps(ALL)
-        seen = [report.index for report in handle.progress()]
+        seen = [report.index for report in handle.reports()]
         handle.wait()
     target = end_of(ALL)
     assert omni.pose.distance_to(target) < 0.02
@@ -91,13 +91,13 @@ def test_pausing_in_each_kind_of_step_and_resuming_what_remains(omni, until, mon
     hold_in_step(monkeypatch, omni.world, paused_in)
     with Chassis(omni.master_uri) as chassis:
         handle = chassis.steps(ALL)
-        until(lambda: handle.latest_progress and handle.latest_progress.index == paused_in, 20.0)
+        until(lambda: handle.latest_report and handle.latest_report.index == paused_in, 20.0)
         handle.pause()
         before = handle.percent
         chassis.measured_velocity.wait_for(Velocity.is_standing, 5.0)
         assert not handle.done
         handle.resume()
-        seen = [(report.index, handle.percent) for report in handle.progress()]
+        seen = [(report.index, handle.percent) for report in handle.reports()]
         handle.wait(30.0)
     assert omni.pose.distance_to(end_of(ALL)) < 0.03
     assert [index for index, _ in seen] == sorted(index for index, _ in seen)
@@ -133,7 +133,7 @@ def test_pausing_twice_and_cancelling_while_paused(sim, chassis, until):
     until(lambda: sim.pose.x > 0.2)
     handle.pause()
     handle.resume()
-    until(lambda: handle.latest_progress and not sim.world.body.velocity.is_standing(0.05))
+    until(lambda: handle.latest_report and not sim.world.body.velocity.is_standing(0.05))
     handle.pause()
     chassis.measured_velocity.wait_for(Velocity.is_standing, 5.0)
     assert handle.cancel().kind is OutcomeKind.CANCELLED
@@ -150,7 +150,7 @@ def test_a_pause_that_comes_while_a_resume_is_being_sent_is_not_forgotten(
     """The resume noted "not paused" after the pause had noted "paused": the end by our own pause was told as
     "replaced"."""
     handle = chassis.move(1.0)
-    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    until(lambda: handle.latest_report and handle.latest_report.percent > 5)
     handle.pause()
     send, pausing = handle._motion.send, []
 
@@ -176,7 +176,7 @@ def test_an_end_by_our_own_pause_is_never_told_as_replaced_however_late_a_thread
 ):
     """A thread that looked at the goal went on only after the pause had preempted it."""
     handle = chassis.move(1.0)
-    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    until(lambda: handle.latest_report and handle.latest_report.percent > 5)
     with held(monkeypatch, ActionMotion, "check") as (came, go_on):
         looking, _ = in_thread(lambda: handle.done)
         assert came.wait(10.0)
@@ -192,7 +192,7 @@ def test_an_end_by_our_own_pause_is_never_told_as_replaced_however_late_a_thread
 def test_feedback_of_a_part_before_the_pause_counts_for_that_part_only(sim, chassis, until, monkeypatch):
     """It may be called back after the rest was sent, on a busy computer."""
     handle = chassis.move(1.0)
-    until(lambda: handle.latest_progress and handle.latest_progress.percent > 5)
+    until(lambda: handle.latest_report and handle.latest_report.percent > 5)
     kept, on_feedback = [], handle._motion._on_feedback
     first = handle._motion._goal
     handle.pause()

@@ -166,7 +166,7 @@ def test_a_task_without_a_visible_end_is_not_started():
 def test_pause_resume_and_progress(sim, real_time, chassis, until):
     handle = chassis.go_to_mark("B2")
     seen: list[TaskState] = []
-    handle.on_progress(lambda status: seen.append(status.task_state))
+    handle.on_progress(lambda _: seen.append(handle.latest_report.task_state))
     handle.pause()
     until(lambda: TaskState.PAUSED in seen)
     handle.resume()

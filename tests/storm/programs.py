@@ -27,7 +27,7 @@ WAITS = {
     "wait": "handle.wait()",
     "wait for ever": "handle.wait(None)",
     "time out": "handle.wait(0.4)",
-    "progress": "[None for _ in handle.progress()]",
+    "progress": "[None for _ in handle.reports()]",
     "cancel": "time.sleep(0.3); handle.cancel()",
     "stop": "time.sleep(0.3); chassis.stop()",
     "close": "time.sleep(0.3); chassis.close()",

@@ -9,6 +9,7 @@ from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from rosproto.aio import Mailbox, SameProperty, notify
+from rosproto.deprecation import former_attribute
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
@@ -16,6 +17,7 @@ from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.enums import TaskState
 from woosh_pure.motion import action_goal, motion, task
 from woosh_pure.motion.motion import OWN_DEFAULT, DefaultTimeout
+from woosh_pure.motion.progress import Progress
 from woosh_pure.motion.steps import Step
 from woosh_pure.outcome import Outcome
 from woosh_pure.values.state import RobotStatus
@@ -52,14 +54,16 @@ class GoalHandle(Generic[P]):
     server = SameProperty[str](motion.GoalHandle.server, "handle")
     outcome = SameProperty[Outcome | None](motion.GoalHandle.outcome, "handle")
     done = SameProperty[bool](motion.GoalHandle.done, "handle")
-    latest_progress = SameProperty[P | None](motion.GoalHandle.latest_progress, "handle")
+    progress = SameProperty[Progress](motion.GoalHandle.progress, "handle")
+    latest_report = SameProperty[P | None](motion.GoalHandle.latest_report, "handle")
+    latest_progress = former_attribute("latest_progress", "latest_report")
 
     async def progress_line(self) -> str:
         """The newest progress in words, "" before the first."""
         return await self._calls.call(self.handle.progress_line)
 
-    def on_progress(self, callback: Callable[[P], object]) -> None:
-        """Call `callback(progress)` for each report, in this loop."""
+    def on_progress(self, callback: Callable[[Progress], object]) -> None:
+        """Call `callback(progress)` for each report of the chassis, in this loop."""
         loop = asyncio.get_running_loop()
         self.handle.on_progress(lambda progress: notify(loop, callback, progress))
 
@@ -71,11 +75,16 @@ class GoalHandle(Generic[P]):
         loop = asyncio.get_running_loop()
         self.handle.on_done(lambda outcome: notify(loop, callback, outcome))
 
-    async def progress(self) -> AsyncIterator[P]:
-        """Reports as they come; a slow loop skips to the newest. Ends with the goal."""
+    async def reports(self) -> AsyncIterator[P]:
+        """The chassis's reports as they come; a slow loop skips to the newest. Ends with the goal."""
         newest: Mailbox[P] = Mailbox(1)
-        self.handle.on_progress(newest.put)
-        known = self.handle.latest_progress
+
+        def put(_: Progress) -> None:
+            if (report := self.handle.latest_report) is not None:
+                newest.put(report)
+
+        self.handle.on_progress(put)
+        known = self.handle.latest_report
         if known is not None and not len(newest):
             newest.put(known)
         try:
@@ -226,7 +235,7 @@ class Goal(Coroutine[Any, Any, Outcome], Generic[H]):
 
         outcome = await robot.go_to_mark("A1")           # to the end: an arrival, else GoalFailed
         async with robot.go_to_mark("A1") as handle:     # under way; leaving the block cancels it
-            async for status in handle.progress(): ...
+            async for status in handle.reports(): ...
         handle = await robot.go_to_mark("A1").start()    # under way, and yours to wait for or to cancel
 
     It is a coroutine, too: `asyncio.create_task(robot.go_to_mark("A1"))`, `group.create_task(...)`.

@@ -10,6 +10,7 @@ from woosh_pure.motion.action_goal import (
     StepProgress,
 )
 from woosh_pure.motion.motion import GoalHandle
+from woosh_pure.motion.progress import Progress
 from woosh_pure.motion.steps import Step
 from woosh_pure.motion.task import TaskHandle
 
@@ -18,6 +19,7 @@ __all__ = [
     "GoalHandle",
     "NavigationHandle",
     "NavigationProgress",
+    "Progress",
     "Step",
     "StepHandle",
     "StepProgress",

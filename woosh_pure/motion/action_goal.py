@@ -27,6 +27,7 @@ from woosh_pure.faults import Faults
 from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.schema import Row
 from woosh_pure.motion.motion import GoalHandle, Motion
+from woosh_pure.motion.progress import PlannedWay
 from woosh_pure.motion.steps import Step, check_steps, locate_step
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.messages import message_type, pose_of, require_finite, stamped_pose
@@ -278,6 +279,7 @@ def start_navigation(
     motion = NavigationMotion(
         components, "/move_base", say("navigation to {where}", where=path[-1]), drives=True
     )
+    motion.way = PlannedWay(components.feeds, lambda: motion.over.is_set)
     handle = NavigationHandle(motion, timeout)
     motion.begin(goal, since, check=check, replace=replace)
     return handle
@@ -362,6 +364,7 @@ class StepMotion(ActionMotion):
 
     def __init__(self, components: Components, steps: tuple[Step, ...], avoid: bool) -> None:
         super().__init__(components, "/cmd_vel_control", _in_a_row(steps))
+        components.feeds.get("pose").open()
         self._part = _Part(steps)
         self.count = len(steps)
         self._avoid = avoid
@@ -384,6 +387,10 @@ class StepMotion(ActionMotion):
         """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
         reported = self.reported
         return 100.0 if reported is not None and reported.arrived else self._part.overall()
+
+    def _come(self, here: Pose2D | None) -> tuple[float, float]:
+        left = (abs(step.data) for step in self.remaining() if step.mode is not StepMode.ROTATE)
+        return self.percent, sum(left)
 
     def _new_goal_id(self, client: rosproto.ActionClient) -> str:
         self._part.goal_id = super()._new_goal_id(client)

@@ -19,6 +19,7 @@ from enum import Enum
 from functools import partial
 from typing import Any, Generic, TypeVar
 
+from rosproto.deprecation import former_attribute
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say
@@ -28,6 +29,8 @@ from woosh_pure.connection.arguments import require_limit, require_timeout
 from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.errors import GoalFailed
 from woosh_pure.feed.feed import call_back
+from woosh_pure.geometry import Pose2D
+from woosh_pure.motion.progress import PlannedWay, Progress
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.stop_executor import SLICE, Flag, Job
 
@@ -124,7 +127,8 @@ class Motion(ABC, Generic[P]):
 
     Attributes:
         components, description, task_id, server: As given.
-        newest: The newest progress, None before the first.
+        newest: The newest report, None before the first.
+        way: The path of a drive; None if it has none.
         over: Set with the outcome.
         reported: The outcome, None before it is reported; `outcome` looks for an end first.
         why: The reason why this client asked for its end; "" while it has not.
@@ -141,13 +145,14 @@ class Motion(ABC, Generic[P]):
         self.description = description
         self.task_id, self.server = task_id, server
         self.newest: P | None = None
+        self.way: PlannedWay | None = None
         self.over = Flag()
         self.reported: Outcome | None = None
         self.why = ""
         self.replaced_by = ""
         self.marked = False
         self.cancelled_at: float | None = None
-        self._callbacks: list[Callable[[P], object]] = []
+        self._callbacks: list[Callable[[Progress], object]] = []
         self._calling: set[int] = set()
         self._events: list[Event] = []
         # Holds one item; taking it permits reporting the outcome.
@@ -202,13 +207,30 @@ class Motion(ABC, Generic[P]):
 
     # -- progress --------------------------------------------------------------------------------------------
 
-    def on_progress(self, callback: Callable[[P], object]) -> None:
+    @property
+    def progress(self) -> Progress:
+        """How far it is; never waits."""
+        outcome, pose = self.reported, self.components.feeds.get("pose").known
+        here = None if pose is None else pose.value
+        percent, metres = self._come(here)
+        if outcome is not None and outcome.arrived:
+            percent, metres = 100.0, 0.0 if self.drives else None
+        return Progress(percent, metres, self.seconds if outcome is None else outcome.seconds, here)
+
+    def _come(self, here: Pose2D | None) -> tuple[float | None, float | None]:
+        """Percent done and metres left."""
+        return (None, None) if self.way is None else self.way.left(here)
+
+    def on_progress(self, callback: Callable[[Progress], object]) -> None:
         """Call `callback(progress)` for each report."""
         self._callbacks.append(callback)
 
-    def _advance(self, progress: P) -> None:
-        self.newest = progress
+    def _advance(self, report: P) -> None:
+        self.newest = report
         callbacks = list(self._callbacks)
+        if not callbacks:
+            return
+        progress = self.progress
         me = threading.get_ident()
         self._calling.add(me)
         try:
@@ -533,27 +555,34 @@ class GoalHandle(Generic[P]):
         return self._motion.done
 
     @property
-    def latest_progress(self) -> P | None:
-        """The newest progress, None before the first."""
+    def progress(self) -> Progress:
+        """How far it has come: percent, metres left, seconds and pose. Never waits."""
+        return self._motion.progress
+
+    @property
+    def latest_report(self) -> P | None:
+        """The chassis's newest report, None before the first."""
         return self._motion.newest
+
+    latest_progress = former_attribute("latest_progress", "latest_report")
 
     def progress_line(self) -> str:
         """The newest progress in words, "" before the first."""
-        newest = self.latest_progress
+        newest = self.latest_report
         return "" if newest is None else self._describe(newest)
 
     def _describe(self, progress: P) -> str:
         return str(progress)
 
-    def on_progress(self, callback: Callable[[P], object]) -> None:
-        """Call `callback(progress)` for each report, in a thread of the library."""
+    def on_progress(self, callback: Callable[[Progress], object]) -> None:
+        """Call `callback(progress)` for each report of the chassis, in a thread of the library."""
         self._motion.on_progress(callback)
 
-    def progress(self) -> Iterator[P]:
-        """Reports as they come; a slow loop skips to the newest. Ends with the goal."""
+    def reports(self) -> Iterator[P]:
+        """The chassis's reports as they come; a slow loop skips to the newest. Ends with the goal."""
         last: P | None = None
         while True:
-            newest = self.latest_progress
+            newest = self.latest_report
             if newest is not None and newest is not last:
                 last = newest
                 yield newest

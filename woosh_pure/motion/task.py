@@ -22,6 +22,7 @@ from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, Task
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.motion import GoalHandle, Motion
+from woosh_pure.motion.progress import PlannedWay
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.stopping.stop_executor import Job
 from woosh_pure.values.messages import stamped_pose
@@ -373,7 +374,7 @@ class TaskMotion(Motion[RobotStatus]):
 
 
 class TaskHandle(GoalHandle[RobotStatus]):
-    """A task under way; its progress is every status that names it.
+    """A task under way; its reports are every status that names it.
 
     Attributes:
         task_id: The random id it was given.
@@ -496,6 +497,7 @@ def start_task(
     components.readiness_state.require_ready("task", check)
     components.feeds.require_publisher("status")
     motion = TaskMotion(components, order)
+    motion.way = PlannedWay(components.feeds, lambda: motion.over.is_set)
     handle = TaskHandle(motion, timeout)
     motion.begin(since, check=check, replace=replace)
     return handle

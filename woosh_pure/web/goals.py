@@ -23,7 +23,7 @@ from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness
 from woosh_pure.web.http_errors import Problem, for_clients, problem_of
 from woosh_pure.web.models import Entry
-from woosh_pure.web.snapshot import reasons_part, said_part
+from woosh_pure.web.snapshot import pose_part, reasons_part, said_part
 
 MAX_KEPT_GOALS, MAX_RUNNING_GOALS, MAX_KEYS = 200, 8, 1000
 
@@ -194,7 +194,7 @@ class Goal:
     def as_json(self) -> dict[str, object]:
         """The goal as the API sends it."""
         outcome = self.outcome
-        percent = getattr(self.handle.latest_progress, "percent", None)
+        progress = self.handle.progress
         return {
             "id": self.id,
             "kind": self.kind,
@@ -207,7 +207,9 @@ class Goal:
             "done": self.done,
             "arrived": None if outcome is None else outcome.arrived,
             "progress": printable(self.handle.progress_line()) if outcome is None else "",
-            "percent": None if percent is None or not math.isfinite(percent) else round(float(percent), 1),
+            "percent": _rounded(progress.percent),
+            "metres_left": _rounded(progress.metres_left),
+            "pose": None if progress.pose is None else pose_part(progress.pose),
             "stands_still": None if outcome is None else outcome.stopped,
             "text": self.error if outcome is None else for_clients(str(outcome)),
             "seconds": round(
@@ -224,6 +226,10 @@ class Goal:
         if self.outcome is not None:
             return self.outcome.kind.value
         return "not known" if self.error else "paused" if self.paused else "running"
+
+
+def _rounded(number: float | None) -> float | None:
+    return None if number is None or not math.isfinite(number) else round(float(number), 1)
 
 
 class GoalManager:

@@ -390,7 +390,9 @@ class Goal(Answer):
     done: bool
     arrived: bool | None
     progress: str
-    percent: float | None
+    percent: Annotated[float | None, Field(description="done part of the way, or of the steps, in %")]
+    metres_left: float | None
+    pose: Pose | None
     stands_still: bool | None
     text: str
     seconds: float
