@@ -205,7 +205,7 @@ def test_a_robot_that_was_carried_says_where_it_is(sim, chassis) -> None:
     assert task.wait(10.0, raises=False).kind is OutcomeKind.FAILED
     assert chassis.pose.wait_for(lambda pose: pose.distance_to(place) < 0.05, 5.0)
     assert chassis.go_to_mark("A2").wait(20.0)
-    with pytest.raises(ValueError, match="wall or an obstacle"):
+    with pytest.raises(ValueError, match="in a wall"):
         sim.teleport(-9.0, 0.0)
     sim.set_battery(7)
     assert chassis.battery.wait_for(lambda battery: battery.percent == 7, 5.0)

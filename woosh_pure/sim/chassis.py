@@ -229,11 +229,7 @@ class SimulatedChassis:
 
     @property
     def speed(self) -> float:
-        """Simulated seconds per second; may be set while it runs, and 0 stops the simulated time.
-
-        Raises:
-            ValueError: Set to something else than 0, or 0.05 to 100.
-        """
+        """Simulated seconds per second, 0.05 to 100; may be set while it runs: 0 stops the simulated time."""
         return self._speed
 
     @speed.setter
@@ -407,24 +403,12 @@ class SimulatedChassis:
             self._publish_news()
 
     def teleport(self, x: float, y: float, yaw: float | None = None) -> None:
-        """Carry the robot to a place where it is localised at once; what is under way fails.
-
-        Args:
-            x, y: m, in the map.
-            yaw: Heading, rad; None keeps it.
-
-        Raises:
-            ValueError: A number is not finite, or the robot would touch something there.
-        """
+        """Carry the robot to a place, see `World.teleport`."""
         with self.lock:
             self.world.teleport(x, y, yaw)
 
     def set_battery(self, percent: float) -> None:
-        """Set the charge of the battery.
-
-        Raises:
-            ValueError: It is not 0 to 100.
-        """
+        """Set the charge of the battery, 0 to 100."""
         given = as_float(percent)
         if not 0.0 <= given <= 100.0:
             raise ValueError(say("battery {percent}: expected 0 to 100 percent", percent=given))

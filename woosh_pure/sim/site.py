@@ -151,13 +151,7 @@ def site_of(
         site = Site(grid, {name: mark for name, mark in site.marks.items() if _is_free(grid, mark.pose)})
     for source, pose in given.values():
         if not _is_free(site.grid, pose):
-            raise ValueError(
-                say(
-                    "{source} is in a wall or outside the map, which is {extent}",
-                    source=source,
-                    extent=extent_of(site.grid),
-                )
-            )
+            raise ValueError(not_free(source, site.grid))
     # A moved charger remains a charger.
     old = site.marks
     new = {name: replace(old.get(name, Mark(pose)), pose=pose) for name, (_, pose) in given.items()}
@@ -168,12 +162,13 @@ def _is_free(grid: GridMap, pose: Pose2D) -> bool:
     return not grid.is_occupied(pose.x, pose.y)  # also outside the map
 
 
-def extent_of(grid: GridMap) -> Sentence:
-    """Size and place of a map in words."""
-    return say(
+def not_free(source: str, grid: GridMap) -> Sentence:
+    """Say that a place is not free, and how far the map reaches."""
+    extent = say(
         "{wide:g} m by {high:g} m from its corner at x {x:g}, y {y:g}",
         wide=grid.width * grid.resolution,
         high=grid.height * grid.resolution,
         x=grid.origin.x,
         y=grid.origin.y,
     )
+    return say("{source} is in a wall or outside the map, which is {extent}", source=source, extent=extent)

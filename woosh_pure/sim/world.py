@@ -22,7 +22,7 @@ from woosh_pure.sim.body import Body, Localization
 from woosh_pure.sim.motions import Motion, MotionState, PathMotion, StepMotion
 from woosh_pure.sim.planner import Obstacle, Planner
 from woosh_pure.sim.settings import Settings
-from woosh_pure.sim.site import Site, built_in_site, extent_of
+from woosh_pure.sim.site import Site, built_in_site, not_free
 from woosh_pure.sim.tasks import TaskMachine
 from woosh_pure.values.state import RobotStatus
 
@@ -357,23 +357,16 @@ class World:
         self.report(self.last_code)
 
     def teleport(self, x: float, y: float, yaw: float | None = None) -> None:
-        """Carry the robot to a place and localise it there; what is under way fails.
+        """Carry the robot to a place (m and rad in the map) and localise it; what is under way fails.
 
         Raises:
             ValueError: A number is not finite, or the robot would touch something there.
         """
         pose = Pose2D(x, y, self.body.pose.yaw if yaw is None else yaw).require_sensible()
         if self.collisions.touches(pose.x, pose.y):
-            raise ValueError(
-                say(
-                    "x {x:g}, y {y:g} is in a wall or an obstacle, or closer to one than the robot's radius "
-                    "of {radius:g} m; choose a free place of the map, which is {extent}",
-                    x=pose.x,
-                    y=pose.y,
-                    radius=self.settings.radius,
-                    extent=extent_of(self.site.grid),
-                )
-            )
+            where = "x {x:g}, y {y:g} (with the robot's radius of {radius:g} m)"
+            place = say(where, x=x, y=y, radius=self.settings.radius)
+            raise ValueError(not_free(place, self.site.grid))
         self.interrupt("carried to another place")
         self.leave_dock()
         if self.bumper:
