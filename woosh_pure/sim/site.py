@@ -15,7 +15,7 @@ from woosh_pure.geometry import Pose2D, normalize_angle
 from woosh_pure.maps.gridmap import OCCUPIED, GridMap
 from woosh_pure.maps.marks import MarkFile, UserMark
 
-__all__ = ["Mark", "Site", "built_in_site", "mark_of", "site_of"]
+__all__ = ["Mark", "Site", "built_in_site", "mark_of", "not_free", "site_of"]
 
 
 @dataclass(frozen=True, slots=True)
