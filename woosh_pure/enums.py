@@ -246,3 +246,10 @@ class LedState(_OpenIntEnum):
     PICKING = 0xF0
     PICKING_DONE = 0xF1
     NORMAL = 0xFF
+
+
+COLOURS = {
+    "red": 0xFF0000, "orange": 0xFF8000, "yellow": 0xFFFF00, "green": 0x00FF00,
+    "cyan": 0x00FFFF, "blue": 0x0000FF, "purple": 0x8000FF, "white": 0xFFFFFF,
+}  # fmt: skip
+"""Colours of the light strips by name, 24-bit RGB."""

@@ -7,6 +7,7 @@ from enum import Enum
 
 from rosproto.sentence import advice, both, say, shown
 from woosh_pure.faults import with_words
+from woosh_pure.hints import OUTCOME, Hints
 from woosh_pure.language import Spoken
 
 __all__ = ["NOT_CONFIRMED", "Outcome", "OutcomeKind"]
@@ -32,7 +33,7 @@ class OutcomeKind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome(Spoken):
+class Outcome(Spoken, Hints):
     """How a goal ended.
 
     Attributes:
@@ -46,6 +47,8 @@ class Outcome(Spoken):
         by_us: Why this program cancelled it ("cancel() was called", "its wait was interrupted" ...), or
             replaced it; "" when it did not.
     """
+
+    _hints = OUTCOME
 
     kind: OutcomeKind
     description: str

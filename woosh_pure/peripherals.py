@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 from rosproto.coercion import as_float, whole
 from rosproto.errors import RosTimeout
-from rosproto.sentence import advice, say
+from rosproto.sentence import advice, both, say
 from woosh_pure.components import Components
-from woosh_pure.enums import LedState, NavDirection, NavigationMode
+from woosh_pure.enums import COLOURS, LedState, NavDirection, NavigationMode
 from woosh_pure.errors import ChassisError, StaleState
 from woosh_pure.geometry import Footprint, Pose2D
 from woosh_pure.interface.table import row
@@ -35,9 +35,9 @@ class Peripherals:
 
     def light(
         self,
-        state: LedState = LedState.NONE,
+        state: LedState | str = LedState.NONE,
         *,
-        color: int | Sequence[int] | None = None,
+        color: int | str | Sequence[int] | None = None,
         strip: str = "base",
         module: int = 0,
         urgency: bool = False,
@@ -46,8 +46,8 @@ class Peripherals:
         """Set a light strip: `/rgbled`, or `/rgbled_shelf` and `/kShelfLedColorPubName`.
 
         Args:
-            state: A named state of the strip.
-            color: 24-bit RGB, or (red, green, blue) with 0 to 255 each.
+            state: A named state of the strip, or a colour: "red", "task-paused".
+            color: 24-bit RGB, (red, green, blue) with 0 to 255 each, or a name of `COLOURS`.
             strip: "base", "shelf" or "both".
             module: 0 all, 1 to 8 one module.
             urgency: Show "under maintenance".
@@ -64,6 +64,15 @@ class Peripherals:
             raise ValueError(
                 say('strip {strip!r} is not known; expected "base", "shelf" or "both"', strip=strip)
             )
+        if isinstance(state, str):
+            if color is None and state.lower() in COLOURS:
+                state, color = "none", state
+            name = state.upper().replace("-", "_")
+            if name not in LedState.__members__:
+                words = [word.lower().replace("_", "-") for word in LedState.__members__]
+                unknown = say("state {state!r} is not known", state=state)
+                raise ValueError(both(unknown, say("one of: {names}", names=[*words, *COLOURS])))
+            state = LedState[name]
         message = message_type("woosh_msgs/LED")()
         message.submodule, message.normal, message.color = module, int(state), _rgb(color)
         message.urgency, message.abnormal = 0xFF * urgency, 0xFF * abnormal
@@ -416,10 +425,10 @@ class Peripherals:
         _require_success(reply, f"{found[0]} ({type_name})")
 
 
-def _rgb(color: int | Sequence[int] | None) -> int:
+def _rgb(color: int | str | Sequence[int] | None) -> int:
     if color is None:
         return 0
-    number = whole(color)
+    number = COLOURS.get(color.lower()) if isinstance(color, str) else whole(color)
     if number is not None:
         if not 0 <= number <= 0xFFFFFF:
             raise ValueError(say("color {color:#x}: expected 24-bit RGB, 0 to 0xFFFFFF", color=number))

@@ -22,6 +22,7 @@ from woosh_pure.chassis import Chassis as Threaded
 from woosh_pure.chassis import components_of
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.faults import Faults
+from woosh_pure.hints import CHASSIS, Hints
 from woosh_pure.lease import ChassisLease
 from woosh_pure.motion import motion as threaded
 from woosh_pure.velocity.drive import Drive
@@ -104,7 +105,7 @@ def _made_like(
     return made
 
 
-class Chassis(Readings):
+class Chassis(Readings, Hints):
     """One chassis, for asyncio. Names, arguments, values and errors are those of `woosh_pure.Chassis`.
 
         async with Chassis("169.254.128.2") as robot:
@@ -128,6 +129,8 @@ class Chassis(Readings):
     Attributes:
         chassis: The underlying threaded `Chassis`.
     """
+
+    _hints = CHASSIS
 
     @_made_like(Threaded.__init__)
     def __init__(self, *args: Any, **kwargs: Any) -> None:

@@ -15,6 +15,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.aio.calls import ThreadCalls
 from woosh_pure.enums import TaskState
+from woosh_pure.hints import HANDLE, Hints
 from woosh_pure.motion import action_goal, motion, task
 from woosh_pure.motion.motion import OWN_DEFAULT, DefaultTimeout
 from woosh_pure.motion.progress import Progress
@@ -31,7 +32,7 @@ class _LoopClosed(ConnectionLost):
     """The loop was closed over a task that waits."""
 
 
-class GoalHandle(Generic[P]):
+class GoalHandle(Hints, Generic[P]):
     """A goal under way; as `woosh_pure.motion.motion.GoalHandle`, awaited.
 
     Attributes:
@@ -39,6 +40,8 @@ class GoalHandle(Generic[P]):
         description: The goal in words.
         default_timeout: Default time limit of `wait()`, s; None waits for ever.
     """
+
+    _hints = HANDLE
 
     def __init__(self, handle: motion.GoalHandle[P], calls: ThreadCalls) -> None:
         self.handle = handle

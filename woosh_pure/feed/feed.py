@@ -27,6 +27,7 @@ from woosh_pure.connection.connection import Connection
 from woosh_pure.errors import StaleState
 from woosh_pure.feed.type_adapter import TypeAdapter
 from woosh_pure.geometry import Velocity
+from woosh_pure.hints import FEED, Hints
 from woosh_pure.interface import find, row
 from woosh_pure.interface.schema import Row
 from woosh_pure.values.convert import prepare, stamp_of, to_value
@@ -69,8 +70,10 @@ class Reading(Generic[T_co]):
         return time.monotonic() - self.received
 
 
-class Newest(Generic[T]):
+class Newest(Hints, Generic[T]):
     """What a feed says of its newest reading, whether it is awaited or not."""
+
+    _hints = FEED
 
     @property
     def reading(self) -> Reading[T] | None:

@@ -30,6 +30,7 @@ from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.errors import GoalFailed
 from woosh_pure.feed.feed import call_back
 from woosh_pure.geometry import Pose2D
+from woosh_pure.hints import HANDLE, Hints
 from woosh_pure.motion.progress import PlannedWay, Progress
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.stop_executor import SLICE, Flag, Job
@@ -506,13 +507,15 @@ OWN_DEFAULT = DefaultTimeout()
 """The default of `wait`'s `timeout`."""
 
 
-class GoalHandle(Generic[P]):
+class GoalHandle(Hints, Generic[P]):
     """A goal under way. Made by the verbs of `Chassis`.
 
     Attributes:
         description: The goal in words.
         default_timeout: Default time limit of `wait()`, s; None waits for ever.
     """
+
+    _hints = HANDLE
 
     def __init__(self, motion: Motion[P], default_timeout: float | None) -> None:
         self._motion = motion

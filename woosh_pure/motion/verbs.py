@@ -11,6 +11,7 @@ from rosproto.sentence import say
 from woosh_pure.components import Components
 from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
 from woosh_pure.geometry import Pose2D
+from woosh_pure.hints import usage
 from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
 from woosh_pure.motion.steps import Step
 from woosh_pure.motion.task import TaskHandle, TaskOptions, TaskOrder, start_task
@@ -26,6 +27,7 @@ class MotionVerbs:
 
     # -- tasks -----------------------------------------------------------------------------------------------
 
+    @usage('go_to_mark("A1"), or go_to(x, y, yaw) for a place in m and rad')
     def go_to_mark(
         self, mark: str, *, timeout: float | None = 300.0, check: bool = True, replace: bool = False
     ) -> TaskHandle:
@@ -176,6 +178,7 @@ class MotionVerbs:
 
     # -- navigation ------------------------------------------------------------------------------------------
 
+    @usage('go_to(x, y, yaw) in m and rad; go_to_mark("A1") for a mark, follow(pose) for a Pose2D')
     def go_to(
         self,
         x: float,
@@ -242,6 +245,7 @@ class MotionVerbs:
 
     # -- precise moves ---------------------------------------------------------------------------------------
 
+    @usage("move(0.5) in m, or rotate(90, degrees=True); `velocity` for a speed that you hold")
     def move(
         self,
         distance: float,
@@ -272,6 +276,7 @@ class MotionVerbs:
             [Step.straight(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
         )
 
+    @usage("rotate(90, degrees=True), left(90) or right(90) in degrees, rotate(1.57) in rad")
     def rotate(
         self,
         angle: float,

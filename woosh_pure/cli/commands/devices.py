@@ -14,7 +14,7 @@ from rosproto.sentence import both, say
 from woosh_pure.cli.arguments import add_wait, enum_words, png_file, wait_for, word_of, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
-from woosh_pure.enums import LedState
+from woosh_pure.enums import COLOURS, LedState
 from woosh_pure.geometry import Pose2D, yaw_from_quaternion
 from woosh_pure.values.state import Image, Imu, LaserScan, PointCloud
 
@@ -267,12 +267,6 @@ def ply(cloud: PointCloud) -> bytes:
         "",
     )
     return "\n".join(head).encode("ascii", "replace") + cloud.points.astype("<f4").tobytes()
-
-
-COLOURS = {
-    "red": 0xFF0000, "orange": 0xFF8000, "yellow": 0xFFFF00, "green": 0x00FF00,
-    "cyan": 0x00FFFF, "blue": 0x0000FF, "purple": 0x8000FF, "white": 0xFFFFFF,
-}  # fmt: skip
 
 
 def add_led(parser: ArgumentParser) -> None:

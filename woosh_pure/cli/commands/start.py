@@ -369,8 +369,8 @@ def add_completion(parser: ArgumentParser) -> None:
 
 
 def run_completion(args: Namespace, out: Output) -> int:
-    from woosh_pure.cli.commands.devices import COLOURS
     from woosh_pure.cli.entry import parser_for
+    from woosh_pure.enums import COLOURS
 
     values: dict[str, Callable[[], list[str]]] = {
         "mark": lambda: MarkFile(mark_file()).names,  # the chassis cannot list its own

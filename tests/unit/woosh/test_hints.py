@@ -1,0 +1,119 @@
+"""Wrong guesses of names and arguments name the right call, and nothing else sees that."""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import pickle
+import re
+from unittest import mock
+
+import pytest
+
+from woosh_pure import Chassis, Outcome, OutcomeKind, aio, hints
+from woosh_pure.feed.feed import Feed
+from woosh_pure.motion.action_goal import ActionMotion
+from woosh_pure.motion.motion import GoalHandle
+
+CHASSIS = Chassis("127.0.0.1:9")
+HANDLE = GoalHandle(ActionMotion(None, "/a", "a goal"), None)  # type: ignore[arg-type]
+OUTCOME = Outcome(OutcomeKind.FAILED, "a goal")
+GUESSES = [
+    # turtle
+    *[(CHASSIS, name) for name in ("fd", "bk", "back", "lt", "rt", "goto", "setpos", "setheading", "xcor", "pencolor")],
+    # rospy and MoveBaseAction programs
+    *[(CHASSIS, name) for name in ("cmd_vel", "publish", "send_goal", "odom", "move_base", "wait_for_server")],
+    # spot-sdk
+    *[(CHASSIS, name) for name in ("estop", "go_home", "dock", "trajectory_command", "get_state")],
+    # MiR, pyrobot
+    *[(CHASSIS, name) for name in ("mission", "positions", "get_status", "go_to_pose", "get_velocity")],
+    *[(CHASSIS, name) for name in ("set_velocity", "errors", "state", "battery_percentage")],
+    # Thymio
+    *[(CHASSIS, name) for name in ("motors", "motor_left_target", "prox", "leds_top", "sound")],
+    # anybody
+    *[(CHASSIS, name) for name in ("drive", "turn", "position", "x", "is_moving", "marks", "cancel", "set_speed")],
+    *[(CHASSIS, name) for name in ("get_pose", "get_battery", "wait", "halt", "connect", "image", "led", "speak")],
+    *[(CHASSIS.battery, name) for name in ("percent", "charging", "value", "get", "subscribe")],
+    *[(CHASSIS.pose, name) for name in ("x", "y", "yaw", "theta", "read")],
+    *[(HANDLE, name) for name in ("cancelled", "result", "is_done", "status", "join", "then", "stop", "feedback")],
+    *[(OUTCOME, name) for name in ("success", "message", "ok", "status", "error")],
+    *[(CHASSIS.aio, name) for name in ("goto", "turn", "x")],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("thing", "name"), GUESSES, ids=[f"{type(t).__name__}.{n}" for t, n in GUESSES])
+def test_a_guess_names_what_there_is(thing: object, name: str) -> None:
+    with pytest.raises(AttributeError, match=f"no attribute '{name}'; use ") as caught:
+        getattr(thing, name)
+    assert (caught.value.name, caught.value.obj) == (name, thing)
+
+
+TABLES = [(hints.CHASSIS, Chassis), (hints.HANDLE, GoalHandle), (hints.OUTCOME, Outcome), (hints.FEED, Feed)]
+
+
+@pytest.mark.parametrize(("table", "cls"), TABLES, ids=[cls.__name__ for _, cls in TABLES])
+def test_a_table_names_members_and_hides_none(table: str, cls: type) -> None:
+    lines = [line.rpartition(": ") for line in table.strip().splitlines()]
+    names = [name for _, _, guesses in lines for name in guesses.split()]
+    assert len(names) == len(set(names)), "a guess has one answer"
+    assert not [name for name in names if name in dir(cls)]
+    for right, _, _ in lines:
+        assert re.match(r"\w+", right).group() in dir(cls)
+
+
+def test_there_are_many() -> None:
+    assert len(GUESSES) > 60
+
+
+@pytest.mark.parametrize("thing", [CHASSIS, HANDLE, OUTCOME, CHASSIS.battery], ids=lambda t: type(t).__name__)
+def test_what_is_not_there_is_not_there(thing: object) -> None:
+    assert not hasattr(thing, "goto")
+    assert getattr(thing, "percent_", None) is None
+    assert "goto" not in dir(thing)
+    with pytest.raises(AttributeError, match=r"no attribute 'nobody_guesses_this'$"):
+        thing.nobody_guesses_this  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_copies_pickles_and_mocks_are_as_before() -> None:
+    assert pickle.loads(pickle.dumps(OUTCOME)) == OUTCOME == copy.deepcopy(OUTCOME)
+    assert copy.copy(HANDLE).description == "a goal"
+    robot = mock.create_autospec(Chassis, instance=True)
+    robot.go_to_mark("A1")
+    with pytest.raises(AttributeError):
+        robot.goto  # noqa: B018
+    assert callable(robot.forward)
+
+
+def test_a_property_that_fails_says_its_own_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not that there is no such attribute."""
+    monkeypatch.setattr(Chassis, "scan", property(lambda self: self._components.nothing_like_it))
+    with pytest.raises(AttributeError, match="nothing_like_it"):
+        CHASSIS.scan  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    ("call", "right"),
+    [
+        (lambda c: c.go_to("A1"), "go_to_mark"),
+        (lambda c: c.go_to(), "go_to_mark"),
+        (lambda c: c.go_to_mark(), r"go_to_mark\(.A1.\)"),
+        (lambda c: c.go_to_mark(1, 2), r"go_to\(x, y, yaw\)"),
+        (lambda c: c.rotate(degrees=90), r"rotate\(90, degrees=True\)"),
+        (lambda c: c.rotate(), r"left\(90\)"),
+        (lambda c: c.move(0.2, 0.1), "rotate"),
+        (lambda c: c.move(x=0.5), r"move\(0.5\)"),
+        (lambda c: c.velocity(0.2, 0.1), "bypasses_protection=True"),
+        (lambda c: c.velocity(vx=0.2), "drive.hold"),
+    ],
+)
+def test_wrong_arguments_name_the_right_call(call, right: str) -> None:
+    with pytest.raises(TypeError, match=right):
+        call(CHASSIS)
+
+
+@pytest.mark.parametrize("cls", [Chassis, aio.Chassis])
+@pytest.mark.parametrize("name", ["go_to", "go_to_mark", "move", "rotate", "velocity"])
+def test_editors_see_the_arguments(cls: type, name: str) -> None:
+    signature = inspect.signature(getattr(cls, name))
+    assert "args" not in signature.parameters
+    assert inspect.getdoc(getattr(cls, name))
