@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from rosproto.cli.background_output import never_wait_for_stdout
 from rosproto.cli.bag_files import left_out, opened
 from rosproto.cli.bag_progress import Progress
-from rosproto.cli.console import counted, is_terminal
+from rosproto.cli.console import counted, is_terminal, warn
 from rosproto.cli.exit_codes import CommandError
 from rosproto.cli.graph_clients import open_node
 from rosproto.cli.graph_options import add_graph_options
@@ -19,6 +19,7 @@ from rosproto.cli.options import add_allow_damaged, count, positive, seconds
 from rosproto.cli.signals import interrupt_on_signals
 
 if TYPE_CHECKING:
+    from rosproto.bag import BagReader
     from rosproto.recording import Player
 
 
@@ -98,7 +99,7 @@ def play(arguments: argparse.Namespace) -> None:
             Player(
                 node,
                 bags,
-                topics=arguments.topics,
+                topics=arguments.topics and _present(bags, arguments.topics),
                 rate=arguments.rate,
                 start=arguments.start,
                 duration=arguments.duration,
@@ -129,6 +130,16 @@ def play(arguments: argparse.Namespace) -> None:
             console.show(player)
         else:
             line.note(counted(player.published, "message"))
+
+
+def _present(bags: list[BagReader], topics: list[str]) -> list[str]:
+    """Return the topics that are in a bag, and warn of the others; all of them if none is."""
+    known = {topic for bag in bags for topic in bag.topics}
+    found = [topic for topic in topics if topic in known]
+    for topic in topics if found else ():
+        if topic not in known:
+            warn(f"no messages on topic {topic!r}; there are {', '.join(sorted(known))}")
+    return found or topics
 
 
 def _split_remappings(words: list[str]) -> tuple[list[str], dict[str, str]]:

@@ -217,6 +217,21 @@ def test_play(graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFix
     assert "10 messages" in capsys.readouterr().err
 
 
+def test_play_of_a_topic_that_the_bag_has_not_plays_the_others(
+    graph: tuple[str, Node], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As rosbag play does, with a warning; of none of them there is nothing to play."""
+    path = tmp_path / "some.bag"
+    with BagWriter(path) as bag:
+        bag.write("/a", message_class("std_msgs/String")(data="x"), 1.0)
+    with graph[1].subscriber("/a", "std_msgs/String") as heard:
+        play = ["bag", "play", "--master", graph[0], str(path), "-i", "--wait-for-subscribers", "--topics"]
+        assert main([*play, "/nowhere", "/a"]) == 0
+        assert heard.next(20).data == "x"
+    assert "no messages on topic '/nowhere'; there are /a" in capsys.readouterr().err
+    assert main([*play, "/nowhere"]) == 1
+
+
 def test_mcap_is_recorded_and_played(graph: tuple[str, Node], tmp_path: Path) -> None:
     """What was heard is said again, by the same verbs."""
     pytest.importorskip("mcap", reason="mcap is not installed (extra mcap)")
