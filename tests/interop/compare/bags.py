@@ -6,6 +6,8 @@ import random
 import re
 import shutil
 import struct
+import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +16,16 @@ import yaml
 from rosproto import BagWriter, message_class
 from rosproto.bag.records import Connection
 from rosproto.cli.yaml_values import fields_of
-from rosproto.codec import define, encode
+from rosproto.codec import AnyMsg, define, encode
 from rosproto.codec.dicts import from_dict
 from rosproto.errors import RosError
+from rosproto.node import Node
 from rosproto.time import Time
 from tests.interop.compare.asked import plain
-from tests.interop.compare.comparison import Answer, Case, Kind, Peer, run_command
+from tests.interop.compare.comparison import ERROR, Answer, Case, Kind, Peer, run_command
+from tests.interop.compare.comparison import environment as variables
 from tests.interop.compare.values import fitting
+from tests.support.ros_process import RosProcess, environment
 
 TOPICS = ["/a", "/b", "/c/d", "e", "/camera/image", "/tf"]
 TYPES = ["std_msgs/String", "std_msgs/Int32", "std_msgs/Empty", "geometry_msgs/PointStamped", "std_msgs/UInt8MultiArray", "tf2_msgs/TFMessage"]  # fmt: skip
@@ -308,6 +313,76 @@ class BagCompress(Rewritten):
                 "DIR/in.bag",
             ]
         }
+
+
+class BagPlay(BagKind):
+    """`rosbag play` beside ours: what a subscriber of ours receives."""
+
+    damaged = 0.0
+    every = 20
+
+    def __init__(self, folder: Path, layer: Peer, node: Node) -> None:
+        super().__init__(folder, layer)
+        self._uri = node.master_uri
+        self._came: dict[str, list[str]] = {}
+        self._last = 0.0
+        for topic in (f"{prefix}/{name.strip('/')}" for prefix in ("", "/robot") for name in TOPICS):
+            node.subscriber(topic, AnyMsg, partial(self._take, topic), queue_size=1000)
+
+    def _take(self, topic: str, message: Any) -> None:
+        self._came.setdefault(topic, []).append(bytes(message._buff).hex())
+        self._last = time.monotonic()
+
+    def question(self, chance: random.Random) -> Case:
+        options = [
+            word
+            for option in (
+                ["--topics", "/a", "e", "/b"],
+                ["-s", "1"],
+                ["-u", "2"],
+                ["--prefix", "/robot"],
+                ["-r", "5"],
+            )
+            if chance.random() < 0.2
+            for word in option
+        ]
+        return {"options": options}
+
+    def theirs(self, case: Case, peer: Peer) -> Answer:
+        command = [
+            "/usr/lib/rosbag/play",
+            "-q",
+            "--immediate",
+            "--keep-alive",
+            "--wait-for-subscribers",
+            *self._words(case),
+        ]
+        with RosProcess(command, environment(self._uri)) as process:
+            self._last = time.monotonic() + 1.0  # it starts
+            while process.running and time.monotonic() < self._last + 0.4:
+                time.sleep(0.02)
+            return self._took(ERROR if not process.running and "rror" in process.output else "")
+
+    @staticmethod
+    def _words(case: Case) -> list[str]:
+        return [*case["options"], *(["--bags"] if "--topics" in case["options"] else []), case["bag"]]
+
+    def ours(self, case: Case) -> Answer:
+        with variables(ROS_MASTER_URI=self._uri):
+            answer = run_command(
+                "bag", "play", "-q", "--immediate", "--wait-for-subscribers", *self._words(case)
+            )
+        self._last = time.monotonic()
+        while time.monotonic() < self._last + 0.2:
+            time.sleep(0.02)
+        return self._took(answer.get("says", ""))
+
+    def _took(self, says: str) -> Answer:
+        came, self._came = self._came, {}
+        return {"came": came, "says": says}
+
+    def same(self, theirs: Answer, ours: Answer) -> bool:
+        return bool(theirs["came"] == ours["came"])
 
 
 def in_one_order(answer: Answer) -> Answer:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rosproto.master import Master
 from rosproto.node import Node
-from tests.interop.compare.bags import BagCompress, BagFilter, BagFix, BagInfo, BagRead, BagReindex
+from tests.interop.compare.bags import BagCompress, BagFilter, BagFix, BagInfo, BagPlay, BagRead, BagReindex
 from tests.interop.compare.comparison import Kind, Report, compare, debian, layer
 from tests.interop.compare.definitions import Definition, DefinitionByLayer, FullText, FullTextByLayer
 from tests.interop.compare.differences import DIFFERENCES
@@ -30,7 +30,7 @@ from tests.support import ros
 NAMES = [
     "RosparamCommand", "RosparamFunctions", "Definition", "DefinitionByLayer", "FullText", "FullTextByLayer", "Values",
     "ValuesByLayer", "RosserviceCall", "RostopicEcho", "Reply", "Publish", "Cloud",
-    "BagRead", "BagInfo", "BagFilter", "BagReindex", "BagFix", "BagCompress",
+    "BagRead", "BagInfo", "BagFilter", "BagReindex", "BagFix", "BagCompress", "BagPlay",
     "ToPublisher", "ToService", "FromService", "FromPublisher",
 ]  # fmt: skip
 
@@ -77,6 +77,7 @@ def run(
                 for kind in (BagRead, BagInfo, BagFilter, BagReindex, BagFix, BagCompress)
             ),
         ]
+        kinds.append(BagPlay(folder, of_layer, services))
         nodes = (
             stack.enter_context(debian(theirs.uri, packages)),
             theirs.uri,
