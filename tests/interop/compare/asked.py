@@ -182,6 +182,22 @@ def rostopic_echo(case):
     return {key: answer[key] for key in ("out", "error", "says") if key in answer}
 
 
+def rostopic_live(case):
+    import rostopic
+
+    answer = run_main(rostopic.rostopicmain, ["rostopic", *case["words"]])
+    if "Traceback" in answer.get("err", ""):
+        return {"error": "traceback", "says": answer["err"]}
+    return {key: answer[key] for key in ("out", "error", "says") if key in answer}
+
+
+def rostopic_pub(case):
+    import rostopic
+
+    rostopic._ONCE_DELAY = 0.5  # 3 s, for subscribers that are still connecting
+    return rostopic_live(case)
+
+
 # -- what programs hand over ---------------------------------------------------------------------------------
 
 
@@ -363,6 +379,8 @@ KINDS = {
     "values": values,
     "rosservice_command": rosservice_command,
     "rostopic_echo": rostopic_echo,
+    "rostopic_live": rostopic_live,
+    "rostopic_pub": rostopic_pub,
     "reply": reply,
     "publish": publish,
     "cloud": cloud,

@@ -35,9 +35,10 @@ ANSWER_SECONDS = 60.0  # for one case
 
 
 class Peer:
-    """A process that answers cases; to be used in a `with`."""
+    """A process that answers cases; to be used in a `with`. It is ended when a case takes more than `seconds`."""
 
-    def __init__(self, command: list[str], env: Mapping[str, str]) -> None:
+    def __init__(self, command: list[str], env: Mapping[str, str], seconds: float | None = None) -> None:
+        self._seconds = seconds
         self._command, self._env = [*command, str(HERE / "asked.py")], dict(env)
         self._process = self._start()
 
@@ -52,7 +53,8 @@ class Peer:
         """Return the answer to a case; an error when the process does not answer in time, or has ended."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
-        limit = threading.Timer(ANSWER_SECONDS, self._process.kill)
+        seconds = self._seconds or ANSWER_SECONDS
+        limit = threading.Timer(seconds, self._process.kill)
         limit.start()
         try:
             self._process.stdin.write(json.dumps([kind, case]) + "\n")
@@ -66,7 +68,7 @@ class Peer:
             return json.loads(line)
         self._close()
         self._process = self._start()
-        return {ERROR: "ended", "says": f"no answer within {ANSWER_SECONDS:g} s, or the process has ended"}
+        return {ERROR: "ended", "says": f"no answer within {seconds:g} s, or the process has ended"}
 
     def _close(self) -> None:
         with contextlib.suppress(OSError):
@@ -87,9 +89,9 @@ class Peer:
         self._close()
 
 
-def debian(master_uri: str, packages: Path | str | None = None) -> Peer:
+def debian(master_uri: str, packages: Path | str | None = None, seconds: float | None = None) -> Peer:
     """Debian's packages, under Debian's Python."""
-    return Peer([ros.PYTHON], ros.environment(master_uri, packages=packages))
+    return Peer([ros.PYTHON], ros.environment(master_uri, packages=packages), seconds)
 
 
 def layer(master_uri: str) -> Peer:
@@ -159,11 +161,13 @@ class Report:
     """The outcome.
 
     Attributes:
+        rounds: How often each kind had its turn.
         inputs: Number of cases of each kind.
         documented: How often each documented difference was met.
         found: Differences without a reason, as text.
     """
 
+    rounds: int = 0
     inputs: Counter[str] = field(default_factory=Counter)
     documented: Counter[str] = field(default_factory=Counter)
     found: list[str] = field(default_factory=list)
@@ -189,6 +193,7 @@ def compare(
     report = Report()
     end = time.monotonic() + seconds
     for number in range(first, 10**9):
+        report.rounds = number - first
         for kind in kinds:
             if number % kind.every:
                 continue

@@ -364,11 +364,22 @@ DIFFERENCES: list[Difference] = [
         _escaped,
     ),
     Difference(
+        "LiveEcho",
+        "Control characters in CSV are escaped: a peer's text does not reach the terminal.",
+        _escaped,
+    ),
+    Difference(
         "RostopicEcho",
         "uint8[] is printed as numbers, in columns of CSV and by itself; rostopic has no columns, and b''.",
         _octets,
     ),
+    Difference(
+        "LiveEcho",
+        "uint8[] is printed as numbers, in columns of CSV and by itself; rostopic has no columns, and b''.",
+        _octets,
+    ),
     Difference("RostopicEcho", "--nostr leaves strings out in arrays of messages, too.", _nested_strings),
+    Difference("LiveEcho", "--nostr leaves strings out in arrays of messages, too.", _nested_strings),
     Difference("Values", "The sign of .nan, which has no meaning.", _nan),
     Difference("FullText", "Bytes behind the last field are an error; genpy ignores them.", _bytes_left),
     Difference(
@@ -530,6 +541,15 @@ DIFFERENCES: list[Difference] = [
             and all(
                 found == ours["came"].get(topic, [])[: len(found)] for topic, found in theirs["came"].items()
             )
+        ),
+    ),
+    Difference(
+        "LiveEcho",
+        "--noarr and --nostr leave the field that was asked for, live as from a bag; rostopic only from a bag.",
+        lambda case, theirs, ours: (
+            case["words"][0] != ""
+            and not {"--noarr", "--nostr"}.isdisjoint(case["words"])
+            and "length: " in theirs["out"]
         ),
     ),
 ]

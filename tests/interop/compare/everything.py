@@ -13,7 +13,15 @@ from tests.interop.compare.bags import BagCompress, BagFilter, BagFix, BagInfo, 
 from tests.interop.compare.comparison import Kind, Report, compare, debian, layer
 from tests.interop.compare.definitions import Definition, DefinitionByLayer, FullText, FullTextByLayer
 from tests.interop.compare.differences import DIFFERENCES
-from tests.interop.compare.links import FromPublisher, FromService, ToPublisher, ToService
+from tests.interop.compare.links import (
+    ECHO_SECONDS,
+    FromPublisher,
+    FromService,
+    LiveEcho,
+    LivePub,
+    ToPublisher,
+    ToService,
+)
 from tests.interop.compare.parameters import RosparamCommand, RosparamFunctions
 from tests.interop.compare.values import (
     PUBLISHED,
@@ -31,7 +39,7 @@ NAMES = [
     "RosparamCommand", "RosparamFunctions", "Definition", "DefinitionByLayer", "FullText", "FullTextByLayer", "Values",
     "ValuesByLayer", "RosserviceCall", "RostopicEcho", "Reply", "Publish", "Cloud",
     "BagRead", "BagInfo", "BagFilter", "BagReindex", "BagFix", "BagCompress", "BagPlay",
-    "ToPublisher", "ToService", "FromService", "FromPublisher",
+    "ToPublisher", "ToService", "FromService", "FromPublisher", "LiveEcho", "LivePub",
 ]  # fmt: skip
 
 
@@ -88,6 +96,8 @@ def run(
         for link in links:
             stack.callback(link.close)
         kinds += links
+        topics = stack.enter_context(debian(theirs.uri, packages, ECHO_SECONDS))
+        kinds += [LiveEcho(folder, services, topics), LivePub(services, topics)]
         assert [kind.name for kind in kinds] == NAMES
         chosen = [kind for kind in kinds if not only or kind.name in only]
         return compare(chosen, DIFFERENCES, real, seed=seed, seconds=seconds, enough=enough, first=first)

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
+import _thread
 import random
+import re
 import socket
 import struct
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 from xmlrpc.server import SimpleXMLRPCServer
 
-from tests.interop.compare.comparison import Answer, Case, Kind, Peer
+from rosproto import message_class
+from rosproto.bag import BagReader
+from rosproto.cli.yaml_values import fields_of as fields_given
+from rosproto.codec import encode
+from rosproto.codec.dicts import from_dict
+from rosproto.errors import RosError
+from rosproto.node import Node
+from rosproto.time import Time
+from tests.interop.compare.comparison import Answer, Case, Kind, Peer, environment, run_command
+from tests.interop.compare.values import RostopicEcho, without_now, words
 
 STRING_MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
 SETBOOL_MD5 = "09fb03525b03e7ea1fd3992bafd87e16"
 QUIET_SECONDS = 0.3  # a peer that has said nothing for so long says nothing more
+ECHO_SECONDS = 10.0  # an echo that cannot print a message does not count it, and never ends
 ODD = [
     "",
     "*",
@@ -369,3 +382,115 @@ class FromPublisher(Answering):
             node.publisherUpdate("/master", topic, [f"http://127.0.0.1:{self._node.server_address[1]}"])
         done.wait(QUIET_SECONDS)
         return peer.ask("live_received", {})
+
+
+class LiveEcho(RostopicEcho):
+    """`rostopic echo` of messages that are published meanwhile, beside ours."""
+
+    asked = "rostopic_live"
+    every = 5
+
+    def __init__(self, folder: Path, node: Node, peer: Peer) -> None:
+        super().__init__(folder)
+        self._node, self.peer = node, peer
+        self._number = 0
+
+    def draw(self, chance: random.Random) -> Case:
+        case = super().draw(chance)
+        path = "" if case["words"][0] == "-a" else case["words"][0].removeprefix("/t")
+        path = re.sub(r"\[-?\d+\]", "", path)  # both wait for ever for an element that is not there
+        options = [word for word in case["words"][1:] if word not in ("-n", "1")]
+        return {**case, "words": [path, *options]}
+
+    def theirs(self, case: Case, peer: Peer) -> Answer:
+        return self._heard(case, lambda words: peer.ask(self.asked, {"words": words}))
+
+    def ours(self, case: Case) -> Answer:
+        with environment(ROS_MASTER_URI=self._node.master_uri):
+            limit = threading.Timer(ECHO_SECONDS, _thread.interrupt_main)
+            limit.start()
+            try:
+                return self._heard(case, lambda words: run_command("topic", *words))
+            finally:
+                limit.cancel()
+
+    def _heard(self, case: Case, echo: Callable[[list[str]], Answer]) -> Answer:
+        self._number += 1
+        topic = f"/echo{self._number}"
+        path, *options = case["words"]
+        with BagReader(case["bag"]) as bag:
+            messages = [message for _, message, _ in bag.read_messages()]
+        if not messages:
+            return {"out": ""}
+        with self._node.publisher(topic, type(messages[0]), queue_size=10) as publisher:
+
+            def talk() -> None:
+                while not publisher.connections:
+                    if ended.wait(0.005):
+                        return
+                for message in messages:
+                    publisher.publish(message)
+
+            ended = threading.Event()
+            speaker = threading.Thread(target=talk)
+            speaker.start()
+            answer = echo(["echo", topic + path, "-n", str(len(messages)), *options])
+            ended.set()
+            speaker.join()
+        answer = {key: answer[key] for key in ("out", "error", "says") if key in answer}
+        if "out" in answer and "-p" in options:  # the time at which it came
+            answer["out"] = re.sub(r"(?m)^\d+(?=,|$)", "time", answer["out"])
+        return answer
+
+
+class LivePub(Kind):
+    """`rostopic pub -1` beside ours: what a subscriber receives."""
+
+    asked = "rostopic_pub"
+    every = 10
+
+    def __init__(self, node: Node, peer: Peer) -> None:
+        self._node, self.peer = node, peer
+        self._number = 0
+
+    def draw(self, chance: random.Random) -> Case:
+        kind = chance.choice(
+            [
+                "std_msgs/String",
+                "std_msgs/Float64MultiArray",
+                "geometry_msgs/PoseStamped",
+                "std_msgs/Empty",
+                "std_msgs/Int8",
+            ]
+        )
+        cls: Any = message_class(kind)
+        good: list[str] = []
+        while not good:
+            given = words(chance, cls) if cls.__slots__ else []
+            try:
+                encode(from_dict(cls, fields_given(given, cls), now=Time(7, 8)))
+            except (RosError, ValueError):
+                continue
+            good = [kind, *given]
+        return {"type": kind, "words": good, "options": chance.choice([[], ["-l"], ["-s"]])}
+
+    def theirs(self, case: Case, peer: Peer) -> Answer:
+        return self._came(case, lambda given: peer.ask(self.asked, {"words": given}))
+
+    def ours(self, case: Case) -> Answer:
+        with environment(ROS_MASTER_URI=self._node.master_uri):
+            return self._came(case, lambda given: run_command("topic", *given))
+
+    def _came(self, case: Case, publish: Callable[[list[str]], Answer]) -> Answer:
+        self._number += 1
+        topic = f"/pub{self._number}"
+        came: list[Any] = []
+
+        def take(message: Any) -> None:
+            without_now(message)
+            found = dict(message._connection_header)
+            came.append([encode(message).hex(), found.get("type"), found.get("latching", "0")])
+
+        with self._node.subscriber(topic, case["type"], take):
+            answer = publish(["pub", "-1", *case["options"], topic, *case["words"]])
+        return {"came": came} if "error" not in answer else answer

@@ -117,14 +117,14 @@ class ValuesByLayer(Values):
         return Kind.theirs(self, case, peer)
 
 
-def _without_now(message: Any) -> None:
+def without_now(message: Any) -> None:
     """Replace the times of `now` and `auto` in a message, which differ between two calls."""
     for name in message.__slots__:
         value = getattr(message, name)
         if isinstance(value, Time) and abs(value.to_sec() - time.time()) < 600.0:
             setattr(message, name, Time(7, 8))
         elif isinstance(value, Message):
-            _without_now(value)
+            without_now(value)
 
 
 class RosserviceCall(Kind):
@@ -149,7 +149,7 @@ class RosserviceCall(Kind):
             self._classes[name] = service_class(kind)
 
     def _take(self, request: Any) -> dict[str, object]:
-        _without_now(request)
+        without_now(request)
         self._came.append(encode(request).hex())
         return {}
 
@@ -300,7 +300,11 @@ class Cloud(Kind):
             offset += DATATYPES.get(datatype, 4) * count
         if chance.random() < 0.1:
             chance.shuffle(fields)
-        step = offset + chance.choice([0, 0, 3])
+        if fields and chance.random() < 0.1:
+            chance.choice(fields)[1] = chance.randrange(
+                offset + 1
+            )  # overlaps another, or ends behind the point
+        step = max(0, offset + chance.choice([0, 0, 0, 3, -1 if chance.random() < 0.1 else 0]))
         names = (
             None
             if chance.random() < 0.5
@@ -314,11 +318,12 @@ class Cloud(Kind):
                 for _ in range(chance.randrange(4))
             ]
             return case
-        width, height = chance.randrange(4), chance.randrange(1, 3)
-        row = step * width + chance.choice([0, 0, 5])
+        width, height = chance.choice([0, 1, 2, 3, 3, 20]), chance.choice([1, 1, 2, 2, 4, 0])
+        row = max(0, step * width + chance.choice([0, 0, 0, 5, 16, -1 if chance.random() < 0.1 else 0]))
         size = row * height if chance.random() < 0.95 else max(0, row * height - 3)
         data = b"".join(
-            chance.choice([b"\0", b"\x01", b"\x7f\xc0", b"\xc0\x7f", b"\xff"]) for _ in range(size)
+            chance.choice([b"\0", b"\x01", b"\x7f\xc0", b"\xc0\x7f", b"\xff", b"\x80\x3f"])
+            for _ in range(size)
         )[:size]
         shape = {
             "width": width,
@@ -326,7 +331,7 @@ class Cloud(Kind):
             "point_step": step,
             "row_step": row,
             "is_bigendian": chance.random() < 0.3,
-            "is_dense": False,
+            "is_dense": chance.random() < 0.3,
         }
         return {**case, "data": data.hex(), "shape": shape}
 
