@@ -312,3 +312,23 @@ def test_a_master_named_by_its_host_has_port_11311(tmp_path: Path) -> None:
     """As with --chassis, and in the other commands."""
     code = "import os; print(os.environ['ROS_MASTER_URI'])"
     assert output(code, tmp_path, options=["--master", "127.0.0.1"]) == "http://127.0.0.1:11311/\n"
+
+
+def test_handle_of_a_service_says_what_there_is_in_its_place(tmp_path: Path) -> None:
+    """rospy's own connection calls it; there is none here."""
+    code = """
+        import rospy
+        from std_srvs.srv import Empty
+
+        rospy.init_node("n")
+        service = rospy.Service("/s", Empty, lambda request: {})
+        try:
+            service.handle(None, {})
+        except NotImplementedError as error:
+            print(error)
+    """
+    with Master() as master:
+        told = output(code, tmp_path, uri=master.uri)
+    assert told.startswith(
+        "rospy.Service.handle is a part of rospy's own connections, which are rosproto's here: use "
+    )

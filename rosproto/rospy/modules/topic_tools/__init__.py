@@ -24,8 +24,17 @@ class LazyTransport(rospy.SubscribeListener, metaclass=_Finished):
 
     def __init__(self):
         self._publishers = []
-        self._subscribed = False
+        self._subscribed = None  # False: it has subscribed before
         self._lock = threading.RLock()
+        rospy.Timer(rospy.Duration(5), self._warn_if_never, oneshot=True)
+
+    def _warn_if_never(self, event):
+        if self._subscribed is None:
+            rospy.logwarn(
+                "[%s] subscribes topics only with child subscribers. Set '~lazy' as False to have it always"
+                " transport message.",
+                rospy.get_name(),
+            )
 
     def subscribe(self):
         """Begin to subscribe."""
@@ -37,7 +46,7 @@ class LazyTransport(rospy.SubscribeListener, metaclass=_Finished):
 
     def is_subscribed(self):
         """True while it subscribes."""
-        return self._subscribed
+        return bool(self._subscribed)
 
     def advertise(self, *args, **kwargs):
         """A rospy.Publisher whose subscribers count."""

@@ -28,6 +28,7 @@ from ..exceptions import ROSException, ROSInterruptException
 from ..msg import args_kwds_to_message
 from ..rostime import Duration, wallsleep
 from ..service import ServiceException, manager
+from ._unserved import Unserved
 from .registration import Registration, get_registration_listeners
 
 
@@ -330,6 +331,10 @@ class Service(_Service):
         except Exception as error:
             self.error_handler(error, *sys.exc_info())
             raise ServiceError(self.resolved_name, "error processing request: %s" % error) from None
+
+    def handle(self, transport, header):
+        """What rospy's own connection calls; there is none here."""
+        raise Unserved("rospy.Service.handle")
 
     def shutdown(self, reason=""):
         """Stop providing the service; running calls are still answered. The handler may call this."""
