@@ -92,17 +92,10 @@ class Quantity:
         noun: What is expected, in the plural.
         examples: Of it.
         units: The accepted units, with the size of each; "" for none.
-        maximum: The largest, of either sign.
     """
 
-    def __init__(
-        self, noun: str, examples: str, units: Mapping[str, float], maximum: float = MAX_NUMBER
-    ) -> None:
-        self._noun, self._examples, self.units, self._maximum = noun, examples, units, maximum
-
-    def up_to(self, maximum: float) -> Quantity:
-        """Return the same with another maximum."""
-        return Quantity(self._noun, self._examples, self.units, maximum)
+    def __init__(self, noun: str, examples: str, units: Mapping[str, float]) -> None:
+        self._noun, self._examples, self.units = noun, examples, units
 
     def __call__(self, text: str) -> float:
         """Parse `0.5`, `0,5`, `50cm` or `50 cm`."""
@@ -113,8 +106,7 @@ class Quantity:
             expected = "{text}: expected {noun}, such as {examples}"
             noun = say(self._noun)
             raise NotANumber(say(expected, text=_shown(text), noun=noun, examples=self._examples))
-        value = finite(found[1].replace(",", ".")) * self.units[found[2]]
-        return _require_within(value, text, -self._maximum, self._maximum)
+        return finite(found[1].replace(",", ".")) * self.units[found[2]]
 
 
 metres = Quantity("metres", "0.5, 50cm, 1m", {"": 1, "m": 1, "cm": 0.01, "mm": 0.001, "米": 1, "厘米": 0.01})
@@ -159,14 +151,14 @@ def whole_from(minimum: int, maximum: int) -> Callable[[str], int]:
 def number_from(minimum: float, maximum: float) -> Callable[[str], float]:
     """Return the type of a number from `minimum` to `maximum`."""
 
-    return lambda text: _require_within(finite(text), text, minimum, maximum)
+    def parse(text: str) -> float:
+        value = finite(text)
+        if not minimum <= value <= maximum:
+            wrong = "{text}: must be from {minimum:g} to {maximum:g}"
+            raise NotANumber(say(wrong, text=_shown(text), minimum=minimum, maximum=maximum))
+        return value
 
-
-def _require_within(value: float, text: str, minimum: float, maximum: float) -> float:
-    if not minimum <= value <= maximum:
-        wrong = "{text}: must be from {minimum:g} to {maximum:g}"
-        raise NotANumber(say(wrong, text=_shown(text), minimum=minimum, maximum=maximum))
-    return value
+    return parse
 
 
 def port(text: str) -> int:

@@ -79,7 +79,10 @@ def woosh(sim: SimulatedChassis, capsys: pytest.CaptureFixture[str]) -> Callable
     def run(*words: str) -> tuple[int, str, str]:
         from woosh_pure.cli import main
 
-        code = main(["--master", sim.master_uri, *words])
+        try:
+            code = main(["--master", sim.master_uri, *words])
+        except SystemExit as refused:  # by the parser
+            code = int(str(refused.code))
         return code, *capsys.readouterr()
 
     return run

@@ -26,6 +26,7 @@ pytest.importorskip("websockets", reason="needs the extra `web`")
 from tests.support.certificates import certificate
 from tests.support.robot_pool import RobotPool
 from tests.support.ros import free_port
+from tests.support.waiting import until
 from tests.support.web import PageClient, Served
 from tests.support.woosh_command import woosh_process
 from woosh_pure import Chassis, SimulatedChassis
@@ -251,6 +252,11 @@ def test_a_robot_that_is_off_is_waited_for(private_config: Path, until: Callable
                 assert "connected" in process.stdout.readline() + process.stdout.readline()
 
 
+def pose_at(address: str) -> Any:
+    with urllib.request.urlopen(address, timeout=20) as answer:
+        return json.load(answer)["pose"]
+
+
 @pytest.mark.slow
 def test_a_simulated_robot_may_be_driven_and_each_pupil_has_one() -> None:
     """`woosh sim --robots 2`: one process, an address each, one page with all, and driving by hand is on."""
@@ -264,11 +270,9 @@ def test_a_simulated_robot_may_be_driven_and_each_pupil_has_one() -> None:
         assert [page.rpartition("/robots/")[2] for page in pages] == ["robot1/", "robot2/"]
         with Chassis(uris[1]) as second:
             second.move(0.3).wait(timeout=20)
-        where = []
-        for page in pages:
-            with urllib.request.urlopen(f"{page}api/v1/snapshot", timeout=20) as answer:
-                where.append(json.load(answer)["pose"]["x"])
-        assert (where[0] < 0.1, where[1] > 0.2) == (True, True)
+        found = [f"{page}api/v1/snapshot" for page in pages]
+        until(lambda: all(map(pose_at, found)), 20.0)  # the server listens from the first request on
+        assert (pose_at(found[0])["x"] < 0.1, pose_at(found[1])["x"] > 0.2) == (True, True)
     finally:
         process.kill()
         process.communicate(timeout=10)

@@ -24,6 +24,7 @@ from woosh_pure.cli.output import Output
 from woosh_pure.enums import Direction, TaskCommand, TaskType
 from woosh_pure.errors import ChassisError
 from woosh_pure.geometry import Pose2D
+from woosh_pure.motion.steps import Step, check_steps
 from woosh_pure.values.state import Battery
 
 if TYPE_CHECKING:
@@ -205,7 +206,7 @@ def _charging_battery(chassis: Chassis) -> Battery | None:
 
 
 def add_move(parser: ArgumentParser) -> None:
-    parser.add_argument("metres", type=metres.up_to(10.0), help="at most 10")
+    parser.add_argument("metres", type=metres, help="at most 10")
     parser.add_argument(
         "--speed", type=positive, default=0.0, metavar="M/S", help="default: the chassis's 0.2"
     )
@@ -214,6 +215,7 @@ def add_move(parser: ArgumentParser) -> None:
 
 
 def run_move(args: Namespace, out: Output) -> int:
+    check_steps([Step.straight(args.metres)])  # before a master is asked
     with connect(args, out) as chassis:
         line = DriveLine(chassis)
         verb = chassis.strafe if args.left else chassis.move
