@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -38,6 +39,9 @@ def test_every_operation_is_shown_and_nothing_is_fetched_from_elsewhere(
     old = "旧名称" if language == "zh-CN" else "old name"
     for text in ("""-d '{"kind":"mark","mark":"A1"}'""", "number, -10 ... 10", "Idempotency-Key", old):
         assert text in shown
+    if language == "zh-CN":
+        assert "开始一个动作。" in shown
+        assert not re.search(r"[a-z]{2,} [a-z]{2,} [a-z]{2,} [a-z]{2,}", page.inner_text("main"))
     assert page.evaluate("document.documentElement.scrollWidth") <= 320, "it scrolls sideways"
     assert [url for url in asked if not url.startswith(hall.url)] == []
     assert errors == []

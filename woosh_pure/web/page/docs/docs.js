@@ -1,6 +1,7 @@
 // The page of the API: shows this server's openapi.json. Needs no internet connection.
 
 import { byId, el, fill } from "../js/dom.js";
+import { zh } from "./words_zh.js";
 
 const chinese = navigator.language.startsWith("zh");
 const WORDS = chinese
@@ -13,6 +14,7 @@ const WORDS = chinese
     failed: "openapi.json cannot be read: ", robots: "Each address is there below /api/v1/robots/NAME/ as well, for one robot of several.", page: "page of the robot", deprecated: "old name", send: "Try it", moves: "This moves the robot. Check that the way is clear. Send it?",
   };
 const MOVES = new Set(["create_goal", "resume_goal"]);
+const said = (text) => (chinese && zh[text]) || text;
 const SHOWN = ["get", "post", "patch", "delete"];
 const root = location.pathname.replace(/(\/robots\/[^/]+)?\/docs\/[^/]*$/, "");
 
@@ -126,7 +128,7 @@ function written(described) {
   return [
     el("p", {}, described.info.description), el("p", {}, WORDS.robots),
     el("p", {}, el("a", { href: `${root}/openapi.json` }, "openapi.json"), " · ", el("a", { href: "../" }, WORDS.page)),
-    ...[...groups].flatMap(([group, all]) => [el("h2", {}, group), ...all]),
+    ...[...groups].flatMap(([group, all]) => [el("h2", {}, said(group)), ...all]),
   ];
 }
 
@@ -136,7 +138,7 @@ async function main() {
   try {
     const answer = await fetch(`${root}/openapi.json`);
     if (answer.status === 401) fill(box, el("p", {}, WORDS.token, " ", el("a", { href: "../" }, WORDS.page)));
-    else if (answer.ok) fill(box, ...written(await answer.json()));
+    else if (answer.ok) fill(box, ...written(JSON.parse(await answer.text(), (key, value) => (key === "description" ? said(value) : value))));
     else fill(box, el("p", {}, `${WORDS.failed}${answer.status}`));
   } catch (error) {
     fill(box, el("p", {}, WORDS.failed + error.message));
