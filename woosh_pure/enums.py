@@ -12,6 +12,7 @@ from typing import TypeVar
 from rosproto.coercion import whole
 
 __all__ = [
+    "COLOURS",
     "ActionState",
     "ActionType",
     "ChargeMode",

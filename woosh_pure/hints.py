@@ -74,9 +74,7 @@ class Hints:
 
         def __getattr__(self, name: str) -> Any:
             try:
-                return object.__getattribute__(
-                    self, name
-                )  # a property that failed fails again, with its error
+                return object.__getattribute__(self, name)  # raises again what a property raised
             except AttributeError as error:
                 lines = (line.rpartition(": ") for line in self._hints.splitlines())
                 right = next((right for right, _, guesses in lines if name in guesses.split()), "")
