@@ -197,6 +197,14 @@ def test_the_light_strips(sim, chassis, until):
     chassis.light(color=(255, 128, 0), strip="shelf")
     until(lambda: "/rgbled_shelf" in sim.graph.heard)
     assert sim.graph.heard["/rgbled_shelf"].color == 0xFF8000
+    chassis.light("red", strip="shelf")
+    chassis.light("task-paused", color="blue")
+    until(
+        lambda: (
+            sim.graph.heard["/rgbled_shelf"].color == 0xFF0000 and sim.graph.heard["/rgbled"].color == 0xFF
+        )
+    )
+    assert sim.graph.heard["/rgbled"].normal == 0xA2
     for bad in ({"module": 9}, {"color": 0x1000000}, {"strip": "roof"}):
         with pytest.raises(ValueError, match=r"expected|module"):
             chassis.light(**bad)

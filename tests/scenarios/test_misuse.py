@@ -71,6 +71,8 @@ def robot():
         (lambda c: c.go_to(1.0, 0.0, frame=""), "frame"),
         (lambda c: c.light(color=(0.5, 0, 0)), "whole numbers"),
         (lambda c: c.light(color=[255, 0]), "red, green, blue"),
+        (lambda c: c.light(color="mauve"), "red, green, blue"),
+        (lambda c: c.light("reddish"), "task-paused, .*red, "),
         (lambda c: c.light(LedState(999)), "999"),
         (lambda c: c.set_footprint(SQUARE, local=False, global_=False), "nothing would be sent"),
         (lambda c: c.set_navigation_mode(NavigationMode(9)), "expected 0 to 3"),

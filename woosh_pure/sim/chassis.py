@@ -403,7 +403,7 @@ class SimulatedChassis:
             self._publish_news()
 
     def teleport(self, x: float, y: float, yaw: float | None = None) -> None:
-        """Carry the robot to a place, see `World.teleport`."""
+        """Carry the robot to a place, m and rad in the map; None keeps its heading. See `World.teleport`."""
         with self.lock:
             self.world.teleport(x, y, yaw)
 
