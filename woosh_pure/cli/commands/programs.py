@@ -108,7 +108,7 @@ def _run_once(
                     "the program has ended with exit code {code}; {report}; it runs again when {file} "
                     "changes, or after a reset on the page; Ctrl-C ends",
                     code=process.returncode,
-                    report=report.sentence(),
+                    report=report,
                     file=args.program,
                 )
     finally:

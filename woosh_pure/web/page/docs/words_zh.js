@@ -149,4 +149,11 @@ export const zh = {
   "also goals and tasks that others have started": "也包括别人启动的目标和任务",
   "A problem by RFC 9457; `detail` is the library's sentence.": "RFC 9457 格式的错误说明；`detail` 是本库的句子。",
   "A Woosh chassis for any language. Units are m, rad, s; poses are in the map. Nothing moves by a GET, and HEAD works wherever GET does. POST /api/v1/stop is not an emergency stop; it stops the robot before it reports problems, so a stop that is answered with an error has been sent, too. A DELETE deletes: the next one is answered with 404. Errors are application/problem+json, in English, or in Chinese with `Accept-Language: zh`.": "供任何语言使用的 Woosh 底盘接口。单位为 m、rad、s；位姿在地图坐标系中。GET 不会移动任何东西，能用 GET 的地方也能用 HEAD。POST /api/v1/stop 不是急停；停止在报告错误之前执行，所以应答为错误时停止也已发送。DELETE 表示删除：再次删除以 404 应答。错误为 application/problem+json，使用英文；带 `Accept-Language: zh` 时使用中文。",
+  "simulator": "仿真器",
+  "Change a simulated robot and what is around it. Needs no lease: anybody in a room can press the\nemergency stop, or stand in the way.": "改变仿真机器人及其周围环境。不需要控制权：在真实场地里，任何人都可以按下急停，或站在路上。",
+  "Where a simulated robot is carried; without `yaw` it keeps its heading.": "把仿真机器人搬到哪里；不给 `yaw` 时朝向不变。",
+  "simulated seconds per second": "每秒仿真多少秒",
+  "one more, round, 0.25 m in radius": "再加一个圆形障碍，半径 0.25 m",
+  "What happens to a simulated robot. Members that are left out change nothing.": "仿真机器人发生什么。没有给出的成员不改变任何东西。",
+  "A point on the map.": "地图上的一个点。",
 };
