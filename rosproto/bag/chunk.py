@@ -95,7 +95,7 @@ class ChunkData:
         base: Where the data starts in `blob`.
         end: Where it ends.
         complete: False when some of the data is missing.
-        packed: True when it was compressed.
+        compression: "none", "bz2" or "lz4", as in the file.
         budget: How many records it may have; None for as many as there are.
         tail: Bytes with the index records, and their offset; None without a usable index.
     """
@@ -105,7 +105,7 @@ class ChunkData:
     base: int
     end: int
     complete: bool = True
-    packed: bool = False
+    compression: str = "none"
     budget: Budget | None = None
     tail: tuple[bytes, int] | None = None
 
@@ -225,7 +225,7 @@ def read_chunk(
     except BagError as problem:
         raise source.error(str(problem), info.pos) from None
     index = (raw[end : end + tail], 0) if indexed else None
-    return ChunkData(info, plain, 0, len(plain), complete, True, source.records, index)
+    return ChunkData(info, plain, 0, len(plain), complete, chunk.compression, source.records, index)
 
 
 def _chunk_head(source: BagFile, pos: int, begin: bytes = b"") -> RecordHead:

@@ -137,6 +137,36 @@ def test_chunks_that_are_still_in_memory_are_not_read_again(monkeypatch):
     assert any("bag reader" in name for name in threads)
 
 
+@pytest.mark.promise("are merged in 64 MB of memory for chunks")
+@pytest.mark.parametrize("budget", [40_000, 250_000])
+def test_chunks_of_bz2_are_kept_as_lz4_and_unpacked_less_often(monkeypatch, budget):
+    """Unpacking bz2 is what such a bag costs; the memory for chunks is the same."""
+    what = [("/a", String(data=f"{n} " * 100), Time(n + 1)) for n in range(2000)]
+    made = bag_bytes([what[i * 97 % 2000] for i in range(2000)], "bz2", chunk_bytes=3000)
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", budget)
+    reads, held = [], []
+    real, give_up = reader.read_chunk, time_order._ChunkCache._give_up
+    monkeypatch.setattr(reader, "read_chunk", lambda *args, **more: reads.append(args) or real(*args, **more))
+
+    def noted(cache, kept):
+        give_up(cache, kept)
+        blobs = [data.blob for data in cache._chunks.values()]
+        packed = [packed for packed, _ in cache._packed.values()]
+        assert cache._bytes == sum(map(len, (*blobs, *packed)))
+        held.append(cache._bytes)
+
+    monkeypatch.setattr(time_order._ChunkCache, "_give_up", noted)
+    bag = read(made)
+    assert plain(bag.read_messages(raw=True)) == encoded(what)
+    passes = 1 + sum(len(data) + time_order.MESSAGE_BYTES for _, data, _ in encoded(what)) // budget
+    assert passes >= 4
+    assert max(held) <= budget
+    if budget == 250_000:  # all of them fit as LZ4
+        assert len(reads) <= len(bag.chunks) + 2 * passes
+    else:
+        assert len(reads) <= len(bag.chunks) * passes
+
+
 @pytest.mark.promise("at most, or for as many as the largest chunk has")
 def test_overlapping_chunks_larger_than_the_budget_are_read_once_for_as_many_messages(monkeypatch):
     """Four chunks of 275 MB took two minutes."""
