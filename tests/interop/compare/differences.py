@@ -208,7 +208,7 @@ def _damaged(case: Case, theirs: Answer, ours: Answer) -> bool:
 
 
 def _unknown_type(case: Case, theirs: Answer, ours: Answer) -> bool:
-    return "MsgNotFound" in str(theirs) or "unknown package [no_such_pkg]" in str(theirs) + str(ours)
+    return "no_such_pkg" in str(theirs) + str(ours)
 
 
 def _field_of_a_header(case: Case, theirs: Answer, ours: Answer) -> bool:

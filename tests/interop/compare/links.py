@@ -363,6 +363,7 @@ class FromPublisher(Answering):
         done = threading.Event()
 
         def answer(link: socket.socket) -> None:
+            self.server.answer = lambda other: None  # who connects again gets nothing
             read_header(link)
             link.sendall(header(case["header"]))
             for frame in case["frames"]:
