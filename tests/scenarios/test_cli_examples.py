@@ -118,10 +118,13 @@ for line in commands():
         if "--robots" in line:
             more += ("--page-port", "0")
         WAYS[line] = Way(until="woosh --master http", more=more, code=130)
+    elif line.startswith("woosh --sim web"):
+        WAYS.setdefault(line, Way(until="openapi.json", more=("--port", "0", "--no-browser"), code=130))
 OF_PAGES = [line for line in commands() if re.search(r"^woosh sim|--sim\b|\w\.py\b", line)]
-"""What a reader without a robot copies; test_cli_run.py has those with --watch, for a process of their own."""
+"""What a reader without a robot copies."""
+ELSEWHERE = ("--watch", "--sim drive")  # in test_cli_run.py, and on a terminal in test_cli_terminal.py
 LINES = [line for examples in (WOOSH, ROSPROTO) for lines in examples.values() for line in lines]
-LINES = [line for line in dict.fromkeys([*LINES, *OF_PAGES]) if "--watch" not in line]
+LINES = [line for line in dict.fromkeys([*LINES, *OF_PAGES]) if not any(each in line for each in ELSEWHERE)]
 
 
 @pytest.fixture(scope="module")

@@ -130,6 +130,10 @@ def test_the_page_shows_the_robot_and_a_changed_program_runs_again(tmp_path: Pat
             assert "A1" in {mark["name"] for mark in json.load(answer)}
         program.write_text(text.format("second"))
         lines.until("second")
+        lines.until("the program has ended")
+        body, kind = json.dumps({"do": "reset"}).encode(), {"content-type": "application/json"}
+        urllib.request.urlopen(urllib.request.Request(f"{page}api/v1/simulator", body, kind), timeout=20)
+        lines.until("second")  # the reset of the page runs it again
 
 
 def test_a_robot_that_somebody_moves_is_left_alone(tmp_path: Path) -> None:
