@@ -6,7 +6,7 @@ import argparse
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import partial
+from functools import partial, reduce
 from typing import Any, NoReturn, cast
 
 from rosproto.sentence import Sentence, both, say
@@ -238,7 +238,8 @@ def near(word: str, names: Iterable[str]) -> str:
 def hint(word: str, names: Iterable[str], cutoff: float = 0.72) -> list[Sentence]:
     """As `near`, for `both`; `cutoff` as in `near_names`."""
     found = near_names(word, names, cutoff=cutoff)
-    return [say("did you mean {names}?", names=" or ".join(found))] if found else []
+    either = reduce(lambda a, b: say("{first} or {second}", first=a, second=b), found) if found else ""
+    return [say("did you mean {names}?", names=either)] if found else []
 
 
 def synopsis(command: str, parser: Parser, known: Iterable[str] = ("-h", "--help")) -> str:

@@ -35,25 +35,30 @@ COMMON_LINE = (
     "woosh --help"
 )
 MEANT = {
-    **dict.fromkeys(("go", "drive-to", "navigate"), "woosh goto A1"),
-    **dict.fromkeys(("forward", "ahead", "straight"), "woosh move 0.5"),
-    **dict.fromkeys(("back", "backward", "backwards"), "woosh move -0.5"),
-    **dict.fromkeys(("turn", "left"), "woosh rotate 90"),
-    **dict.fromkeys(("halt", "estop", "brake"), "woosh stop"),
-    **dict.fromkeys(("where", "pose", "position", "info"), "woosh status"),
-    **dict.fromkeys(("error", "errors", "fault", "code"), "woosh faults"),
-    **dict.fromkeys(("picture", "photo", "image"), "woosh camera -o FILE"),
-    **dict.fromkeys(("light", "lights", "color", "colour"), "woosh led red"),
+    **dict.fromkeys(("go", "drive-to", "navigate", "去", "前往", "导航"), "woosh goto A1"),
+    **dict.fromkeys(("forward", "ahead", "straight", "前进", "直行", "移动"), "woosh move 0.5"),
+    **dict.fromkeys(("back", "backward", "backwards", "后退"), "woosh move -0.5"),
+    **dict.fromkeys(("turn", "left", "旋转", "左转"), "woosh rotate 90"),
+    **dict.fromkeys(("halt", "estop", "brake", "停", "停止", "急停"), "woosh stop"),
+    **dict.fromkeys(("where", "pose", "position", "info", "状态", "位置"), "woosh status"),
+    **dict.fromkeys(("error", "errors", "fault", "code", "故障", "错误"), "woosh faults"),
+    **dict.fromkeys(("picture", "photo", "image", "拍照", "相机"), "woosh camera -o FILE"),
+    **dict.fromkeys(("light", "lights", "color", "colour", "灯", "灯带"), "woosh led red"),
     **{verb: f"woosh task {verb}" for verb in ("pick", "park", "carry", "pause", "resume", "cancel")},
     **{
         name: f"rosproto {name}"
         for name in ("topic", "node", "service", "param", "msg", "srv", "bag", "graph", "tf", "log", "bridge")
     },
-    "right": "woosh rotate -90",
-    "dock": "woosh charge C1",
-    "lidar": "woosh scan",
-    "mark": "woosh marks",
-    "help": "woosh --help",
+    **dict.fromkeys(("right", "右转"), "woosh rotate -90"),
+    **dict.fromkeys(("dock", "充电"), "woosh charge C1"),
+    **dict.fromkeys(("lidar", "激光"), "woosh scan"),
+    **dict.fromkeys(("mark", "标记点"), "woosh marks"),
+    **dict.fromkeys(("help", "帮助"), "woosh --help"),
+    **dict.fromkeys(("电池", "电量"), "woosh battery"),
+    "诊断": "woosh doctor",
+    "网页": "woosh --sim web",
+    "演示": "woosh demo",
+    "仿真": "woosh sim",
 }
 """Suggestions for words that are not commands. None is carried out: a guess must not move a robot."""
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"

@@ -64,7 +64,7 @@ class OtherDriver:
             who = "{node} ({uri}) also sends velocities on {topics}"
         else:
             who = "{node} ({uri}) can also send velocities on {topics}"
-        text = say(who, node=self.node, uri=self.uri, topics=" and ".join(self.topics))
+        text = say(who, node=self.node, uri=self.uri, topics=self.topics)
         if self.on_robot:
             return both(text, "it runs on the robot itself, and is treated as part of it")
         if not self.answers:

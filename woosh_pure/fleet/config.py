@@ -118,9 +118,7 @@ class VehicleConfig:
                 )
         if self.version not in VERSIONS:
             raise ValueError(
-                say(
-                    "version {version!r}: expected {names}", version=self.version, names=" or ".join(VERSIONS)
-                )
+                say("version {version!r}: expected {names}", version=self.version, names=VERSIONS)
             )
         for name in ("tolerance", "turn_tolerance"):
             if not 0.0 < getattr(self, name) <= 2.0:
@@ -329,7 +327,7 @@ def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
         _require_known(raw, known, "[[vehicle]]")
         missing = [name for name in ("manufacturer", "serial") if name not in raw]
         if missing:
-            raise ValueError(say("a [[vehicle]] has no {names}", names=" and no ".join(missing)))
+            raise ValueError(say("a [[vehicle]] has no {names}", names=missing))
     kept = data.get("folder")
     return FleetConfig(
         broker=Broker(user=user, password=password, **given),

@@ -34,7 +34,7 @@ def row(name: str) -> Row:
     try:
         return _BY_NAME["/" + name.lstrip("/")]
     except KeyError:
-        near = ", ".join(near_names("/" + name.lstrip("/"), _BY_NAME)) or "none is near"
+        near = ", ".join(near_names("/" + name.lstrip("/"), _BY_NAME)) or say("none is near")
         raise KeyError(
             say("{name} is not in the chassis's interface; near names: {near}", name=name, near=near)
         ) from None
@@ -64,7 +64,7 @@ def find(feed: str) -> Row:
             say(
                 "{feed} is not a feed of the chassis; near names: {near}",
                 feed=feed,
-                near=", ".join(near) or "none is near",
+                near=near or say("none is near"),
             )
         ) from None
 

@@ -131,7 +131,7 @@ def _zeros(run: StopRun) -> None:
         except (RosError, OSError, RuntimeError) as error:
             failed.setdefault(str(error), []).append(topic)
     for why, topics in failed.items():
-        problem = say("zero velocity on {topic} ({why})", topic=" and ".join(topics), why=say(why))
+        problem = say("zero velocity on {topic} ({why})", topic=topics, why=say(why))
         run.report.problems.append(problem)
     acquired = list(waiting)
     try:

@@ -132,7 +132,7 @@ class WebServer:
         while not self._server.started:
             if not self._thread.is_alive() or time.monotonic() > until:
                 self.close()
-                raise OSError(say("the server did not start: {error}", error=self._error or "no answer"))
+                raise OSError(say("the server did not start: {error}", error=self._error or say("no answer")))
             time.sleep(0.01)
         return self
 

@@ -83,7 +83,7 @@ def _tell_bags(recorder: Recorder, out: Output) -> int:
     rows = [find(feed) for feed in ALWAYS]
     silent = [row.name for row in rows if not any(name in counts for name in (row.name, *row.aliases))]
     if silent:
-        out.line("nothing was heard on {names}; try `woosh doctor`", names=" and ".join(silent))
+        out.line("nothing was heard on {names}; try `woosh doctor`", names=silent)
     for problem in damage:
         out.line("damaged, messages may be missing: {problem}", problem=problem)
     out.result(
