@@ -22,8 +22,8 @@ from fastapi.responses import JSONResponse
 
 from rosproto import RosError
 from woosh_pure import Chassis, MotionRefused, Outcome, SimulatedChassis
+from woosh_pure.motion import StepHandle
 
-SILENT_SECONDS = 2.0
 Metres = Annotated[float, Query(ge=-10.0, le=10.0, allow_inf_nan=False, description="negative: backward")]
 
 
@@ -31,12 +31,15 @@ def make_app(master_uri: str | None = None) -> FastAPI:
     """None is the robot in $ROS_MASTER_URI. A factory: uvicorn calls it in the process that serves."""
     stops = ThreadPoolExecutor(8, "stop")
     goals: dict[int, dict[str, Any]] = {}
+    handles: dict[int, StepHandle] = {}  # of the drives under way
     numbers = itertools.count(1)
+    link = {"connected": False}
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         with Chassis(master_uri) as chassis:  # leaving it cancels what is under way
             app.state.chassis = chassis
+            chassis.on_connection(lambda connected: link.update(connected=connected))
             yield
         stops.shutdown(wait=False)
 
@@ -53,10 +56,9 @@ def make_app(master_uri: str | None = None) -> FastAPI:
     @app.get("/status")
     def status() -> dict[str, Any]:  # not `async def`: FastAPI gives it a thread
         chassis: Chassis = app.state.chassis
-        battery = chassis.battery.reading  # never waits; None until something was heard
-        lost = battery is None or battery.age > SILENT_SECONDS
-        percent = None if battery is None else battery.value.percent
-        return {"percent": percent, "lost": lost, "ready": chassis.readiness().sentence()}
+        battery = chassis.battery.latest  # never waits; None until something was heard
+        percent = None if battery is None else battery.percent
+        return {"percent": percent, **link, "ready": chassis.readiness().sentence()}
 
     @app.post("/move", status_code=202)
     def move(metres: Metres) -> dict[str, Any]:
@@ -68,7 +70,9 @@ def make_app(master_uri: str | None = None) -> FastAPI:
         def done(outcome: Outcome) -> None:
             ended = {"done": True, "arrived": bool(outcome), "text": outcome.sentence()}
             goals[number] = {**goals[number], **ended}
+            del handles[number]
 
+        handles[number] = handle
         handle.on_done(done)  # called in a thread of its own
         return goals[number]
 
@@ -76,7 +80,9 @@ def make_app(master_uri: str | None = None) -> FastAPI:
     async def goal(number: int) -> dict[str, Any]:
         if number not in goals:
             raise HTTPException(404, f"there is no goal {number}")
-        return goals[number]
+        handle = handles.get(number)
+        progress = {"metres_left": handle.progress.metres_left} if handle else {}  # never waits
+        return {**goals[number], **progress}
 
     @app.post("/stop")
     async def stop() -> dict[str, Any]:

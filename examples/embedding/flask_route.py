@@ -17,8 +17,8 @@ from flask import Flask, Response, jsonify, request
 
 from rosproto import RosError
 from woosh_pure import Chassis, MotionRefused, Outcome, SimulatedChassis
+from woosh_pure.motion import StepHandle
 
-SILENT_SECONDS = 2.0
 PAGE = """<!doctype html><meta charset="utf-8"><title>My robot</title>
 <p id="state"></p>
 <form><input id="metres" value="0.5"> m <button>Move</button></form>
@@ -46,7 +46,10 @@ def make_app(chassis: Chassis) -> Flask:
     """A Chassis may be used by many threads at once, so one serves all requests."""
     app = Flask(__name__)
     goals: dict[int, dict[str, Any]] = {}
+    handles: dict[int, StepHandle] = {}  # of the drives under way
     numbers = itertools.count(1)
+    link = {"connected": False}
+    chassis.on_connection(lambda connected: link.update(connected=connected))
 
     @app.before_request
     def own_page_only() -> tuple[Response, int] | None:
@@ -62,10 +65,9 @@ def make_app(chassis: Chassis) -> Flask:
 
     @app.get("/status")
     def status() -> Response:
-        battery = chassis.battery.reading  # never waits; None until something was heard
-        lost = battery is None or battery.age > SILENT_SECONDS
-        percent = None if battery is None else battery.value.percent
-        return jsonify(percent=percent, lost=lost, ready=chassis.readiness().sentence())
+        battery = chassis.battery.latest  # never waits; None until something was heard
+        percent = None if battery is None else battery.percent
+        return jsonify(percent=percent, **link, ready=chassis.readiness().sentence())
 
     @app.post("/move")
     def move() -> tuple[Response, int]:
@@ -77,14 +79,19 @@ def make_app(chassis: Chassis) -> Flask:
         def done(outcome: Outcome) -> None:
             ended = {"done": True, "arrived": bool(outcome), "text": outcome.sentence()}
             goals[number] = {**goals[number], **ended}
+            del handles[number]
 
+        handles[number] = handle
         handle.on_done(done)  # called in a thread of its own
         return jsonify(goals[number]), 202
 
     @app.get("/goals/<int:number>")
     def goal(number: int) -> tuple[Response, int]:
-        found = goals.get(number)
-        return (jsonify(found), 200) if found else (jsonify(error=f"there is no goal {number}"), 404)
+        if number not in goals:
+            return jsonify(error=f"there is no goal {number}"), 404
+        handle = handles.get(number)
+        progress = {"metres_left": handle.progress.metres_left} if handle else {}  # never waits
+        return jsonify(**goals[number], **progress), 200
 
     @app.post("/stop")
     def stop() -> Response:

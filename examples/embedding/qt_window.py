@@ -29,9 +29,9 @@ from PySide6.QtWidgets import (
 from rosproto import RosError
 from woosh_pure import Chassis, Outcome, Pose2D, SimulatedChassis
 from woosh_pure.maps import GridMap
+from woosh_pure.motion import TaskHandle
 
 MARKS = {"A1": (3.0, 1.0), "B1": (8.5, -2.0), "P1": (-0.5, 2.5)}  # the chassis cannot list its marks
-SILENT_SECONDS = 2.0  # the pose comes several times a second
 
 
 class News(QObject):
@@ -40,6 +40,7 @@ class News(QObject):
     map = Signal(object)
     pose = Signal(object)
     battery = Signal(object)
+    connected = Signal(bool)
     goal = Signal(str)
     stopped = Signal(str)
 
@@ -92,6 +93,8 @@ class Window(QMainWindow):
         self.setWindowTitle("My robot")
         self.chassis, self.news = chassis, News()
         self.commands = ThreadPoolExecutor(1, "commands")
+        self.drive: TaskHandle | None = None  # the newest one
+        self.ended = threading.Event()  # whether its end has been reported
         self.map, self.battery = MapView(), QLabel("waiting for the chassis ...")
         self.lost, self.goal, self.stopped = QLabel(), QLabel(), QLabel()
         self.lost.setStyleSheet("background: #b00020; color: white; padding: 6px")
@@ -121,6 +124,10 @@ class Window(QMainWindow):
         self.news.battery.connect(lambda value: self.battery.setText(f"battery {value.percent} %"))
         self.news.goal.connect(self.goal.setText)
         self.news.stopped.connect(self.stopped.setText)
+        self.news.connected.connect(self.show_connection)
+        self.show_connection(False)  # nothing has been heard yet
+        # Called at once, and whenever it changes; what it returns ends that.
+        self.ends = [chassis.on_connection(self.news.connected.emit)]
         threading.Thread(target=self._listen, name="listen", daemon=True).start()
         self.timer = QTimer(self, interval=200)
         self.timer.timeout.connect(self.look)
@@ -128,19 +135,22 @@ class Window(QMainWindow):
 
     # -- in the window's thread: nothing here waits ----------------------------------------------------------
 
-    def look(self) -> None:
-        """Show when the robot is not heard. `age` never waits; the library connects again by itself."""
-        age = self.chassis.pose.age
-        silent = age is None or age > SILENT_SECONDS
-        if silent:
-            since = "yet" if age is None else f"for {age:.0f} s"
-            self.lost.setText(
-                f"The robot has not been heard {since}: what is shown is out of date.\n"
-                "It may still be driving. The red button needs no network."
-            )
-        self.lost.setVisible(silent)
+    def show_connection(self, connected: bool) -> None:
+        """Show when the robot is not heard; the library connects again by itself."""
+        self.lost.setText(
+            "The robot is not heard: what is shown is out of date.\n"
+            "It may still be driving. The red button needs no network."
+        )
+        self.lost.setVisible(not connected)
         for button in self.marks.values():
-            button.setEnabled(not silent)  # STOP is never disabled
+            button.setEnabled(connected)  # STOP is never disabled
+
+    def look(self) -> None:
+        """Show how far the drive has come; `done` and `progress` never wait."""
+        if self.drive is not None and not self.drive.done:
+            left = self.drive.progress.metres_left
+            shown = "..." if left is None else f"{left:.1f} m left"
+            self.goal.setText(f"{self.drive.description}: {shown}")
 
     def go_to(self, mark: str) -> None:
         request = self.chassis.request()  # a STOP from now on prevents this drive, also before it has begun
@@ -151,26 +161,38 @@ class Window(QMainWindow):
         self.stopped.setText("stopping ...")
         threading.Thread(target=self._stop, name="stop", daemon=True).start()
 
+    def leave(self) -> None:
+        """End the drive and all callbacks, before Qt's objects go: after the last event, so this may wait."""
+        self.timer.stop()
+        self.commands.shutdown()
+        for end in self.ends:
+            end()
+        if self.drive is not None:
+            self.drive.cancel()
+            self.ended.wait(10.0)
+
     # -- in other threads: these wait, and report by signals -------------------------------------------------
 
     def _listen(self) -> None:
         try:
-            self.chassis.pose.on(self.news.pose.emit)
-            self.chassis.battery.on(self.news.battery.emit)
+            self.ends.append(self.chassis.pose.on(self.news.pose.emit))
+            self.ends.append(self.chassis.battery.on(self.news.battery.emit))
             self.news.map.emit(self.chassis.get_map())
         except RosError as error:
             self.news.goal.emit(f"not connected: {error}")
 
     def _begin(self, request, mark: str) -> None:  # type: ignore[no-untyped-def]
-        def done(outcome: Outcome) -> None:
-            self.news.goal.emit(outcome.sentence())
-
         try:
             with request:
-                handle = self.chassis.go_to_mark(mark, replace=True)
-            handle.on_done(done)
+                self.drive = self.chassis.go_to_mark(mark, replace=True)
+            self.ended.clear()
+            self.drive.on_done(self._done)
         except RosError as error:
             self.news.goal.emit(f"{mark}: {error}")
+
+    def _done(self, outcome: Outcome) -> None:
+        self.news.goal.emit(outcome.sentence())
+        self.ended.set()
 
     def _stop(self) -> None:
         self.news.stopped.emit(self.chassis.stop(everything=True).sentence())
@@ -192,9 +214,8 @@ def main() -> None:
             window.news.pose.connect(lambda pose: pose.x > 4.0 and finish(window, args.picture, app.quit))
             QTimer.singleShot(60_000, app.quit)
         app.exec()
-        window.timer.stop()
-        window.commands.shutdown()
-    print(window.battery.text(), "-", window.goal.text())
+        print(window.battery.text(), "-", window.goal.text())
+        window.leave()
 
 
 def finish(window: Window, picture: str | None, leave: Callable[[], None]) -> None:
