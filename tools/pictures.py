@@ -207,7 +207,7 @@ def hall_page(
         marks = [
             UserMark(name, mark.pose, charger=mark.charger) for name, mark in sim.world.site.marks.items()
         ]
-        app = web.app({"sim": chassis}, allow_driving=True, marks=marks)
+        app = web.app({"sim": chassis}, allow_driving=True, marks=marks, simulator={"sim": sim})
         context = browser.new_context(
             viewport={"width": size[0], "height": size[1]},
             locale=language,
@@ -269,7 +269,7 @@ def pad_picture(browser: Browser, _: Path) -> bytes:
         assert box is not None
         assert column is not None
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        for _ in range(10):  # a busy computer holds the page up, which ends the drive: press again
+        for _attempt in range(10):  # a busy computer holds the page up, which ends the drive: press again
             page.mouse.move(x, y)
             page.mouse.down()
             page.mouse.move(x - box["width"] / 8, y - box["height"] / 3, steps=4)

@@ -10,7 +10,6 @@ thread. Verbs run in one other thread, in their order. Each STOP has a thread of
 import argparse
 import sys
 import threading
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 
@@ -168,7 +167,7 @@ class Window(QMainWindow):
         for end in self.ends:
             end()
         if self.drive is not None:
-            self.drive.cancel()
+            self.chassis.stop()  # never raises; only what this window has begun
             self.ended.wait(10.0)
 
     # -- in other threads: these wait, and report by signals -------------------------------------------------
@@ -211,18 +210,18 @@ def main() -> None:
         window.show()
         if not args.stay:
             window.news.map.connect(lambda _: window.go_to("B1"))
-            window.news.pose.connect(lambda pose: pose.x > 4.0 and finish(window, args.picture, app.quit))
+
+            def finish(pose: Pose2D) -> None:
+                if pose.x > 4.0:
+                    if args.picture:
+                        window.grab().save(args.picture)
+                    app.quit()
+
+            window.news.pose.connect(finish)
             QTimer.singleShot(60_000, app.quit)
         app.exec()
         print(window.battery.text(), "-", window.goal.text())
         window.leave()
-
-
-def finish(window: Window, picture: str | None, leave: Callable[[], None]) -> None:
-    """Save the picture, and end the program that was started without --stay."""
-    if picture:
-        window.grab().save(picture)
-    leave()
 
 
 if __name__ == "__main__":
