@@ -99,12 +99,11 @@ def no_route(error: object) -> bool:
     return isinstance(error, OSError) and _code(error) in _UNREACHABLE
 
 
-def is_refused(error: BaseException) -> bool:
+def is_refused(error: BaseException | None) -> bool:
     """Whether this error, or a cause of it, says that nothing listens at the port."""
-    cause: BaseException | None = error
-    while cause is not None and not (isinstance(cause, OSError) and _code(cause) in _REFUSED):
-        cause = cause.__cause__
-    return cause is not None
+    while error is not None and not (isinstance(error, OSError) and _code(error) in _REFUSED):
+        error = error.__cause__
+    return error is not None
 
 
 def _reason(error: OSError) -> str:

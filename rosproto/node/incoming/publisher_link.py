@@ -51,7 +51,7 @@ REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLa
 
 def is_gone(error: BaseException | None) -> bool:
     """Whether the publisher's computer or node answered that it is not there: it has ended."""
-    return isinstance(error, MasterError) or (error is not None and is_refused(error))
+    return isinstance(error, MasterError) or is_refused(error)
 
 
 ASK_EVERY, ASK_AFTER_SECONDS = 4, 1.0
@@ -89,6 +89,7 @@ class PublisherLink:
         self._nudged = False
         self._pauses = RetryPauses()
         self._waited = 0.0  # the present or last wait, in seconds
+        self._tried = 0.0  # monotonic time of the last try, or of that of another link in its place
         self._may_retry = 0.0  # monotonic time before which not even a nudge ends the wait
         self._retry: Future[None] | None = None  # None while a thread is at work
         self._sessions = 0
@@ -231,8 +232,8 @@ class PublisherLink:
         """Seconds since the session began; None without a session."""
         return None if self._begun_at is None else monotonic() - self._begun_at
 
-    def _wait(self) -> None:
-        """Wait for the next try, without a thread if possible."""
+    def _wait(self, since: float | None = None) -> None:
+        """Wait for the next try, without a thread if possible; `since` the last one, if that was before."""
         self._waited = self._pauses.after(
             self._lasted,
             refused=self.state is LinkState.REFUSED,
@@ -240,6 +241,8 @@ class PublisherLink:
             gone=is_gone(self.last_error),
         )
         self._begun_at = None
+        now = monotonic()
+        self._tried = now if since is None else since
         # Any node can cause any number of nudges, so the wait has a minimum.
         shortest = min(self._waited, MIN_WAIT_SECONDS)
         while True:
@@ -248,7 +251,7 @@ class PublisherLink:
                     break
                 self._may_retry = monotonic() + shortest
                 try:
-                    self._retry_in(shortest if self._nudged else self._waited)
+                    self._retry_in(shortest if self._nudged else self._tried + self._waited - now)
                     return
                 except RuntimeError as error:
                     if interpreter_shuts_down(error):
@@ -267,7 +270,13 @@ class PublisherLink:
             if self._retry is None:
                 return  # closed
             nudged, self._nudged, self._retry = self._nudged, False, None
-        self._run(LinkEvent.NUDGED if nudged else LinkEvent.DUE)
+        refused = self._context.refused.get(self.uri) or 0.0
+        if not nudged and refused > self._tried and is_refused(self.last_error):
+            # Another link has tried since: a node that has ended is tried once, not for each topic.
+            self._context.check_publishers(self.subscription, False)
+            self._wait(refused)
+        else:
+            self._run(LinkEvent.NUDGED if nudged else LinkEvent.DUE)
 
     def _begun(self) -> None:
         self._sessions += 1
@@ -291,6 +300,8 @@ class PublisherLink:
         if was is LinkState.RECEIVING:
             self.subscription.link_changed()
         self._attempts += 1
+        if is_refused(error):
+            self._context.refused.put(self.uri, monotonic())
         slow = self._waited > ASK_AFTER_SECONDS
         if slow or self._attempts % ASK_EVERY == 0:
             self._context.check_publishers(self.subscription, not slow)
