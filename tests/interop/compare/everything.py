@@ -96,8 +96,9 @@ def run(
         for link in links:
             stack.callback(link.close)
         kinds += links
-        topics = stack.enter_context(debian(theirs.uri, packages, ECHO_SECONDS))
-        kinds += [LiveEcho(folder, services, topics), LivePub(services, topics)]
+        # `rostopic echo` and `pub` begin their node in different ways: each has a process.
+        echo, pub = (stack.enter_context(debian(theirs.uri, packages, ECHO_SECONDS)) for _ in range(2))
+        kinds += [LiveEcho(folder, services, echo), LivePub(services, pub)]
         assert [kind.name for kind in kinds] == NAMES
         chosen = [kind for kind in kinds if not only or kind.name in only]
         return compare(chosen, DIFFERENCES, real, seed=seed, seconds=seconds, enough=enough, first=first)
