@@ -24,7 +24,6 @@ from woosh_pure.cli.output import Output
 from woosh_pure.enums import Direction, TaskCommand, TaskType
 from woosh_pure.errors import ChassisError
 from woosh_pure.geometry import Pose2D
-from woosh_pure.motion.steps import Step, check_steps
 from woosh_pure.values.state import Battery
 
 if TYPE_CHECKING:
@@ -215,6 +214,8 @@ def add_move(parser: ArgumentParser) -> None:
 
 
 def run_move(args: Namespace, out: Output) -> int:
+    from woosh_pure.motion.steps import Step, check_steps
+
     check_steps([Step.straight(args.metres)])  # before a master is asked
     with connect(args, out) as chassis:
         line = DriveLine(chassis)
