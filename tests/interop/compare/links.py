@@ -489,8 +489,8 @@ class LivePub(Kind):
 
         def take(message: Any) -> None:
             without_now(message)
-            found = dict(message._connection_header)
-            came.append([encode(message).hex(), found.get("type"), found.get("latching", "0")])
+            # Not whether it is latched: rospy says so only to who connects after it has begun to latch.
+            came.append([encode(message).hex(), dict(message._connection_header).get("type")])
 
         with self._node.subscriber(topic, case["type"], take):
             answer = publish(["pub", "-1", *case["options"], topic, *case["words"]])
