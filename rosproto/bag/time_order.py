@@ -91,7 +91,7 @@ def merged(
         load_again: Begins to read chunks with these numbers once more, and returns what takes them in this
             order.
     """
-    held = _ChunkCache(order, load, load_again)
+    held = ChunkCache(order, load, load_again)
     waiting: list[_PendingMessages] = []
     patience = 0  # chunks until the waiting ones are looked through again: their number may be large
     for number in numbers:
@@ -196,7 +196,7 @@ def _release(
 
 
 def _batches_of(
-    due: list[_PendingMessages], waiting: list[_PendingMessages], held: _ChunkCache
+    due: list[_PendingMessages], waiting: list[_PendingMessages], held: ChunkCache
 ) -> Iterator[Batch]:
     """The messages that are due, merged; in several batches if their chunks do not fit into memory."""
     import numpy as np
@@ -226,7 +226,7 @@ def _batches_of(
         first = end
 
 
-def _copied(rows: MessageTable, pieces: NDArray[np.int64], held: _ChunkCache) -> Batch:
+def _copied(rows: MessageTable, pieces: NDArray[np.int64], held: ChunkCache) -> Batch:
     """A batch with copies of its messages, for which each chunk is read once."""
     import numpy as np
 
@@ -250,10 +250,13 @@ def _copied(rows: MessageTable, pieces: NDArray[np.int64], held: _ChunkCache) ->
     return Batch(rows._replace(start=start, end=end), None, pieces, parts.__getitem__, offsets)
 
 
-class _ChunkCache:
+class ChunkCache:
     """A cache of the recently used chunks: at most BUDGET_BYTES, but at least one chunk.
 
     A chunk beyond that is given up before the next one is read; one of bz2 is packed as LZ4 first.
+
+    Attributes:
+        held_bytes: Bytes of the chunks that are held, and of those that are packed.
     """
 
     def __init__(
@@ -265,7 +268,7 @@ class _ChunkCache:
         self._pack = compressor("lz4")
         self._chunks: OrderedDict[int, ChunkData] = OrderedDict()
         self._packed: dict[int, tuple[bytes, ChunkData]] = {}  # as LZ4, and the chunk without its data
-        self._bytes = 0  # of both
+        self.held_bytes = 0
 
     @property
     def room(self) -> int:
@@ -278,15 +281,17 @@ class _ChunkCache:
         return self._load(number)
 
     def _give_up(self, kept: int) -> None:
-        while self._bytes > BUDGET_BYTES and len(self._chunks) > kept:
+        while self.held_bytes > BUDGET_BYTES and len(self._chunks) > kept:
             number, data = self._chunks.popitem(last=False)
-            self._bytes -= len(data.blob)
+            self.held_bytes -= len(data.blob)
             if data.compression == "bz2":
                 packed = bytes(memoryview(self._pack(data.blob)))  # of its size: the frame has room for more
                 self._packed[number] = packed, replace(data, blob=b"", tail=None)
-                self._bytes += len(packed)
-        while self._bytes > BUDGET_BYTES and self._packed:  # the newest, so that the others last a whole pass
-            self._bytes -= len(self._packed.popitem()[1][0])
+                self.held_bytes += len(packed)
+        while (
+            self.held_bytes > BUDGET_BYTES and self._packed
+        ):  # the newest, so that the others last a whole pass
+            self.held_bytes -= len(self._packed.popitem()[1][0])
 
     def _unpacked(self, number: int) -> ChunkData:
         packed, data = self._packed[number]
@@ -294,7 +299,7 @@ class _ChunkCache:
 
     def put(self, number: int, data: ChunkData) -> None:
         self._chunks[number] = data
-        self._bytes += len(data.blob)
+        self.held_bytes += len(data.blob)
         self._give_up(1)
 
     def each(self, numbers: Iterable[int]) -> Iterator[tuple[int, ChunkData]]:
@@ -316,7 +321,7 @@ class _ChunkCache:
             return data
         self._give_up(0)
         data = self._unpacked(number) if number in self._packed else (load or self._load)(number)
-        self._bytes -= len(self._packed.pop(number, (b"",))[0])
+        self.held_bytes -= len(self._packed.pop(number, (b"",))[0])
         if data is None:  # it was readable before
             raise BagError("the bag changed while it was read", offset=self._order[number].pos)
         self.put(number, data)
@@ -324,9 +329,9 @@ class _ChunkCache:
 
     def keep_only(self, numbers: set[int]) -> None:
         for number in [n for n in self._chunks if n not in numbers]:
-            self._bytes -= len(self._chunks.pop(number).blob)
+            self.held_bytes -= len(self._chunks.pop(number).blob)
         for number in [n for n in self._packed if n not in numbers]:
-            self._bytes -= len(self._packed.pop(number)[0])
+            self.held_bytes -= len(self._packed.pop(number)[0])
 
 
 # -- chunks that are read ahead ------------------------------------------------------------------------------

@@ -145,17 +145,15 @@ def test_chunks_of_bz2_are_kept_as_lz4_and_unpacked_less_often(monkeypatch, budg
     made = bag_bytes([what[i * 97 % 2000] for i in range(2000)], "bz2", chunk_bytes=3000)
     monkeypatch.setattr(time_order, "BUDGET_BYTES", budget)
     reads, held = [], []
-    real, give_up = reader.read_chunk, time_order._ChunkCache._give_up
+    real, get = reader.read_chunk, time_order.ChunkCache.get
     monkeypatch.setattr(reader, "read_chunk", lambda *args, **more: reads.append(args) or real(*args, **more))
 
-    def noted(cache, kept):
-        give_up(cache, kept)
-        blobs = [data.blob for data in cache._chunks.values()]
-        packed = [packed for packed, _ in cache._packed.values()]
-        assert cache._bytes == sum(map(len, (*blobs, *packed)))
-        held.append(cache._bytes)
+    def noted(cache, *args):
+        data = get(cache, *args)
+        held.append(cache.held_bytes)
+        return data
 
-    monkeypatch.setattr(time_order._ChunkCache, "_give_up", noted)
+    monkeypatch.setattr(time_order.ChunkCache, "get", noted)
     bag = read(made)
     assert plain(bag.read_messages(raw=True)) == encoded(what)
     passes = 1 + sum(len(data) + time_order.MESSAGE_BYTES for _, data, _ in encoded(what)) // budget
