@@ -86,7 +86,7 @@ def test_copies_pickles_and_mocks_are_as_before() -> None:
 
 def test_a_property_that_fails_says_its_own_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """Not that there is no such attribute."""
-    monkeypatch.setattr(Chassis, "scan", property(lambda self: self._components.nothing_like_it))
+    monkeypatch.setattr(Chassis, "scan", property(lambda self: self.lease.nothing_like_it))
     with pytest.raises(AttributeError, match="nothing_like_it"):
         CHASSIS.scan  # noqa: B018
 
