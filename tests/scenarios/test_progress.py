@@ -65,3 +65,13 @@ def test_the_old_name_of_a_report_warns(sim, chassis) -> None:
     handle.wait(20.0)
     with pytest.deprecated_call(match="latest_report"):
         assert handle.latest_progress is handle.latest_report
+
+
+def test_a_drive_that_has_ended_does_not_listen_to_paths_any_more(sim, chassis) -> None:
+    """A vehicle that makes thousands of drives would keep a callback of each."""
+    heard = chassis._components.feeds.get("plan")._callbacks
+    for _ in range(3):
+        handle = chassis.go_to_mark("A1")
+        assert len(heard) == 1
+        handle.cancel()
+        assert not heard

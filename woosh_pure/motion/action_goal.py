@@ -279,7 +279,7 @@ def start_navigation(
     motion = NavigationMotion(
         components, "/move_base", say("navigation to {where}", where=path[-1]), drives=True
     )
-    motion.way = PlannedWay(components.feeds, lambda: motion.over.is_set)
+    motion.way = PlannedWay(components.feeds)
     handle = NavigationHandle(motion, timeout)
     motion.begin(goal, since, check=check, replace=replace)
     return handle

@@ -378,6 +378,8 @@ class Motion(ABC, Generic[P]):
         ours = self.why if kind in _BY_US else ""
         self.reported = outcome = Outcome(kind, self.description, text, code, stopped, self.seconds, ours)
         self.over.set()
+        if self.way is not None:
+            self.way.end()
         if not may_go_on:
             self.components.watchdog_client.over(self)
         self.components.readiness_state.note_outcome(outcome, drives=self.drives, reported=bool(self.task_id))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -34,20 +33,19 @@ class PlannedWay:
 
     Args:
         feeds: Of the chassis; those of path and pose are opened, without waiting.
-        over: Whether the drive has ended.
+
+    Attributes:
+        end: Ends listening; waits for nothing.
     """
 
-    def __init__(self, feeds: Feeds, over: Callable[[], bool]) -> None:
+    def __init__(self, feeds: Feeds) -> None:
         self._way: list[Pose2D] = []
         self._metres = 0.0  # of the first path
-        self._over = over
         feeds.get("pose").open()
-        self._off = feeds.get("plan").on(self._receive, connect=False)
+        self.end = feeds.get("plan").on(self._receive, connect=False)
 
     def _receive(self, message: DynamicMessage) -> None:
-        if self._over():
-            self._off()
-        elif message.header.frame_id.lstrip("/") in ("", "map"):
+        if message.header.frame_id.lstrip("/") in ("", "map"):
             self._way = way = [pose_of(one.pose, "map") for one in message.poses]
             self._metres = self._metres or sum(a.distance_to(b) for a, b in pairwise(way))
 

@@ -497,7 +497,7 @@ def start_task(
     components.readiness_state.require_ready("task", check)
     components.feeds.require_publisher("status")
     motion = TaskMotion(components, order)
-    motion.way = PlannedWay(components.feeds, lambda: motion.over.is_set)
+    motion.way = PlannedWay(components.feeds)
     handle = TaskHandle(motion, timeout)
     motion.begin(since, check=check, replace=replace)
     return handle
