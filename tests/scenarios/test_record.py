@@ -76,7 +76,7 @@ def test_a_graph_without_a_chassis_is_told(tmp_path, capsys):
         words = ["--master", master.uri, "record", "--duration", "0.3", "-O", str(tmp_path / "run.bag")]
         assert main(words) == 1
     out = capsys.readouterr().out
-    assert "/movebase_pose2d and /battery" in out
+    assert "/movebase_pose2d, /battery" in out
     assert "woosh doctor" in out
     with BagReader(tmp_path / "run.bag") as bag:
         assert bag.message_count == 0

@@ -234,7 +234,8 @@ class SimulatedChassis:
 
     @speed.setter
     def speed(self, speed: float) -> None:
-        self._speed = 0.0 if speed == 0 else _speed_of(speed)
+        with self.lock:  # no step follows at the former speed
+            self._speed = 0.0 if speed == 0 else _speed_of(speed)
 
     @property
     def now(self) -> float:
@@ -246,9 +247,9 @@ class SimulatedChassis:
         debt = 0.0
         while not self._stop.is_set():
             next_tick += _TICK
-            debt += _TICK * self.speed
             self.network.deliver()
             with self.lock:
+                debt += _TICK * self.speed
                 while debt >= _STEP and not self.closing:
                     self.world.step(_STEP)
                     debt -= _STEP

@@ -38,6 +38,8 @@ def test_a_sentence_is_in_the_language_that_is_asked_for(thing, chinese: str) ->
 
 def test_the_language_is_the_one_that_the_commands_choose(monkeypatch: pytest.MonkeyPatch) -> None:
     """LC_ALL, LC_MESSAGES, LANG; what stands in an exception or a log stays English."""
+    for name in ("LC_ALL", "LC_MESSAGES", "LANG"):
+        monkeypatch.delenv(name, raising=False)
     assert FAILED.sentence() == str(FAILED)
     monkeypatch.setenv("LANG", "zh_CN.UTF-8")
     assert FAILED.sentence() == FAILED.sentence("zh") != str(FAILED)
