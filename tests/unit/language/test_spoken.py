@@ -50,9 +50,18 @@ def test_the_language_is_the_one_that_the_commands_choose(monkeypatch: pytest.Mo
 
 def test_an_error_of_ros_is_said_too() -> None:
     """Errors of `rosproto` are sentences with the same table; what has no row stays English."""
-    lost = ConnectionLost(say("host name {host} cannot be resolved ({error})", host="x", error="e"))
+    lost = ConnectionLost(
+        say(
+            "host name {host} cannot be resolved ({error}); add it to the hosts file or the name server, or let "
+            "the other side announce a numeric address (ROS_IP or ROS_HOSTNAME there)",
+            host="robot",
+            error="unknown",
+        )
+    )
     assert said(KeyError("words"), "zh") == "words"
-    assert isinstance(said(lost, "zh"), str)
+    chinese = said(lost, "zh")
+    assert chinese.startswith("主机名 robot 无法解析")
+    assert said(lost, "en") == str(lost)
 
 
 def test_another_language_is_refused() -> None:
