@@ -359,7 +359,9 @@ def test_sim_option(genpy_packages: Path) -> None:
         options=["--sim"],
         env={"ROS_MASTER_URI": "http://127.0.0.1:1/"},
     )
-    assert ours.compared() == (0, ["True"], [], [])
+    code, printed, (told, *more), rest = ours.compared()
+    assert (code, printed, more, rest) == (0, ["True"], [], [])
+    assert told.startswith("a new simulated robot")
 
 
 @pytest.mark.parametrize("firmware", ["1.0.7", "page"])

@@ -191,7 +191,7 @@ def test_a_copied_tab_is_somebody_else(browser: Browser, robot: Robot) -> None:
 
 JARGON = re.compile(r"robot_state|/\w+_\w+|register[A-Z]|\d{6,}|\brad\b|\w\(\)|_stop\b")
 NAMES = re.compile(
-    r"\b(sim|ROS|bag|YAML|WASD|English|STOP|[A-Z]\d|[xym]|Hz|[kM]?B)\b|--allow-driving|代码 \d+|[\w-]+\.bag"
+    r"\b(sim|ROS|bag|YAML|WASD|English|STOP|[A-Z]\d|[xym]|Hz|[kM]?B)\b|--allow-driving|--bind|代码 \d+|[\w-]+\.bag"
 )
 
 

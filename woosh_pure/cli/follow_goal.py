@@ -52,7 +52,7 @@ def follow(
         due = time.monotonic() + every
         text = handle.progress_line()
         if line is not None:
-            text = line.text(text, handle.progress.percent)
+            text = line.text(text, getattr(handle.latest_report, "percent", None))
         if live:
             progress.show(f"  {out.say(text)}")
         elif text and text != shown:
