@@ -11,7 +11,6 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import ConnectionLost
 from rosproto.logs import PeerLog
 from rosproto.node.definitions.known_definitions import KnownDefinitions
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from rosproto.node.incoming.subscription import Subscription
 
 MASTER_CALL_SECONDS = 10.0
-MAX_REFUSED = 1000
 FAREWELL_SECONDS = 2.0  # for unregistering; the master monitor completes the rest later
 
 
@@ -51,7 +49,6 @@ class Context:
         listening: The node's present servers and address.
         registrations: All registrations at the master; the master monitor repeats them after a restart of
             the master or a change of our address.
-        refused: When (monotonic) a publisher's computer last refused a connection, by the publisher's URI.
         events: The latest events; `emit` adds one and calls `on_event`.
         peer_log: Bounded log of events that peers cause.
         local_nodes: Nodes of this process that are connected without sockets; None to use sockets only.
@@ -89,7 +86,6 @@ class Context:
         self.master_address = (self.hosts.mapped(host_of_master), port)
         self.master_hosts: frozenset[str] = frozenset()
         self.master_lost = False
-        self.refused: BoundedCache[str, float] = BoundedCache(MAX_REFUSED)
         self._link_monitor: LinkMonitor | None = None
         self._monitor_lock = threading.Lock()
         self.registrations = Registrations(

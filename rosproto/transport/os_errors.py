@@ -99,11 +99,12 @@ def no_route(error: object) -> bool:
     return isinstance(error, OSError) and _code(error) in _UNREACHABLE
 
 
-def is_refused(error: BaseException | None) -> bool:
+def is_refused(error: BaseException) -> bool:
     """Whether this error, or a cause of it, says that nothing listens at the port."""
-    while error is not None and not (isinstance(error, OSError) and _code(error) in _REFUSED):
-        error = error.__cause__
-    return error is not None
+    cause: BaseException | None = error
+    while cause is not None and not (isinstance(cause, OSError) and _code(cause) in _REFUSED):
+        cause = cause.__cause__
+    return cause is not None
 
 
 def _reason(error: OSError) -> str:

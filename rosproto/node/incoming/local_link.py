@@ -11,6 +11,8 @@ from __future__ import annotations
 import itertools
 import threading
 from collections import deque
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.errors import ConnectionLost, MasterError, RosTimeout
@@ -205,15 +207,21 @@ class LocalLink(PublisherLink):
             raise MasterError("requestTopic", -1, f"Not a publisher of [{self.topic}]", uri=self.uri)
         return publication
 
-    def _go_on(self) -> None:
-        pipe = self._pipe
-        if pipe is not None and not pipe.rest():
+    def _begin(self, event: LinkEvent) -> None:
+        shared_threads().add(partial(self._run, event))
+
+    def _hold_session(self) -> bool:
+        return self._begin_session()
+
+    def _work(self, part: Callable[[], bool]) -> bool:
+        goes_on, pipe = super()._work(part), self._pipe
+        if goes_on and pipe is not None and not pipe.rest():
             pipe.begin_work()
+        return goes_on
 
     def work(self) -> None:
         """Deliver what has come, in a shared thread, one at a time."""
-        if self._work(self._deliver):
-            self._go_on()
+        self._work(self._deliver)
 
     def _deliver(self) -> bool:
         pipe, subscription = self._pipe, self.subscription

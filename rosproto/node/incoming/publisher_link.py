@@ -1,8 +1,8 @@
 """Base class of a subscriber's link to one publisher: it connects, receives and retries.
 
-Each session has a thread, except those of `LocalLink`. Shared threads wait for the next tries, and make them.
-The states are in `publisher_link_state.py`. The subclasses `TcprosLink`, `UdprosLink` and `LocalLink` (for a
-publisher in this process) open a session and receive.
+Each session, and each try to begin one, has a thread, except those of `LocalLink`; a link that waits for its
+next try has none. The states are in `publisher_link_state.py`. The subclasses `TcprosLink`, `UdprosLink` and
+`LocalLink` (for a publisher in this process) open a session and receive.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
-from functools import partial
 from time import monotonic
 from typing import TYPE_CHECKING
 
@@ -51,7 +50,7 @@ REFUSALS = (HandshakeRefused, Md5sumMismatch, DefinitionError, CodecError, TooLa
 
 def is_gone(error: BaseException | None) -> bool:
     """Whether the publisher's computer or node answered that it is not there: it has ended."""
-    return isinstance(error, MasterError) or is_refused(error)
+    return isinstance(error, MasterError) or (error is not None and is_refused(error))
 
 
 ASK_EVERY, ASK_AFTER_SECONDS = 4, 1.0
@@ -89,7 +88,6 @@ class PublisherLink:
         self._nudged = False
         self._pauses = RetryPauses()
         self._waited = 0.0  # the present or last wait, in seconds
-        self._tried = 0.0  # monotonic time of the last try, or of that of another link in its place
         self._may_retry = 0.0  # monotonic time before which not even a nudge ends the wait
         self._retry: Future[None] | None = None  # None while a thread is at work
         self._sessions = 0
@@ -107,7 +105,7 @@ class PublisherLink:
 
     def start(self) -> None:
         """Begin the first try."""
-        shared_threads().add(partial(self._run, LinkEvent.DUE))
+        self._begin(LinkEvent.DUE)
         self._started = True
 
     @property
@@ -169,23 +167,21 @@ class PublisherLink:
 
     # -- the threads ----------------------------------------------------------------------------------------
 
-    def _run(self, event: LinkEvent) -> None:
-        """Try to begin a session."""
-        if self._step(event) is not LinkState.REQUESTING:
-            self._wait()
-        elif self._work(self._begin_session):
-            self._go_on()
-
-    def _go_on(self) -> None:
-        """Receive in a thread of its own; if the process has none left, in this one."""
+    def _begin(self, event: LinkEvent) -> None:
+        """Begin a try in a thread of its own."""
         name = f"rosproto:{self.topic} < {self.uri}"
-        try:
-            threading.Thread(target=self._work, args=(self._hold_session,), name=name, daemon=True).start()
-        except RuntimeError:
+        threading.Thread(target=self._run, args=(event,), name=name, daemon=True).start()
+
+    def _run(self, event: LinkEvent) -> None:
+        if self._step(event) is LinkState.REQUESTING:
             self._work(self._hold_session)
+        else:
+            self._wait()
 
     def _hold_session(self) -> bool:
-        self._receive()
+        """Begin a session and receive."""
+        if self._begin_session():
+            self._receive()
         return False
 
     def _begin_session(self) -> bool:
@@ -232,8 +228,8 @@ class PublisherLink:
         """Seconds since the session began; None without a session."""
         return None if self._begun_at is None else monotonic() - self._begun_at
 
-    def _wait(self, since: float | None = None) -> None:
-        """Wait for the next try, without a thread if possible; `since` the last one, if that was before."""
+    def _wait(self) -> None:
+        """Wait for the next try, without a thread if possible."""
         self._waited = self._pauses.after(
             self._lasted,
             refused=self.state is LinkState.REFUSED,
@@ -241,8 +237,6 @@ class PublisherLink:
             gone=is_gone(self.last_error),
         )
         self._begun_at = None
-        now = monotonic()
-        self._tried = now if since is None else since
         # Any node can cause any number of nudges, so the wait has a minimum.
         shortest = min(self._waited, MIN_WAIT_SECONDS)
         while True:
@@ -251,7 +245,7 @@ class PublisherLink:
                     break
                 self._may_retry = monotonic() + shortest
                 try:
-                    self._retry_in(shortest if self._nudged else self._tried + self._waited - now)
+                    self._retry_in(shortest if self._nudged else self._waited)
                     return
                 except RuntimeError as error:
                     if interpreter_shuts_down(error):
@@ -269,14 +263,15 @@ class PublisherLink:
         with self._condition:
             if self._retry is None:
                 return  # closed
-            nudged, self._nudged, self._retry = self._nudged, False, None
-        refused = self._context.refused.get(self.uri) or 0.0
-        if not nudged and refused > self._tried and is_refused(self.last_error):
-            # Another link has tried since: a node that has ended is tried once, not for each topic.
-            self._context.check_publishers(self.subscription, False)
-            self._wait(refused)
-        else:
-            self._run(LinkEvent.NUDGED if nudged else LinkEvent.DUE)
+            nudged, self._nudged = self._nudged, False
+            event = LinkEvent.NUDGED if nudged else LinkEvent.DUE
+            try:
+                self._begin(event)
+            except RuntimeError as error:
+                if not interpreter_shuts_down(error):
+                    self._retry_in(MIN_WAIT_SECONDS)  # the process has no thread left
+                return
+            self._retry = None
 
     def _begun(self) -> None:
         self._sessions += 1
@@ -300,8 +295,6 @@ class PublisherLink:
         if was is LinkState.RECEIVING:
             self.subscription.link_changed()
         self._attempts += 1
-        if is_refused(error):
-            self._context.refused.put(self.uri, monotonic())
         slow = self._waited > ASK_AFTER_SECONDS
         if slow or self._attempts % ASK_EVERY == 0:
             self._context.check_publishers(self.subscription, not slow)

@@ -10,10 +10,9 @@ The wait (`RetryPauses`) depends on the failure. An unreachable publisher is tri
 to 0.6 s, so that one behind a network failure is connected within a second. One that is gone (its computer
 refuses the connection) registers again when it comes back, and the master then names it: this nudge ends any
 wait, but not before `MIN_WAIT_SECONDS`. Only if the master cannot tell us (a firewall) does it have to be
-found: each wait is a third of the time that it has been away, at most a minute. What one link to a node has
-found counts for the others, which wait on. After a refusal: 0.5 s, doubling to 5 s. If the definitions
-differ: 30 s, doubling to 5 minutes, since each try logs a warning at the publisher. If sessions begin but end
-at once: up to 5 s; a session is a success after `STEADY_SECONDS`.
+found: each wait is a third of the time that it has been away, at most a minute. After a refusal: 0.5 s,
+doubling to 5 s. If the definitions differ: 30 s, doubling to 5 minutes, since each try logs a warning at the
+publisher. If sessions begin but end at once: up to 5 s; a session is a success after `STEADY_SECONDS`.
 """
 
 from __future__ import annotations

@@ -6,14 +6,12 @@ import socket
 import threading
 import time
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 import pytest
 
 from rosproto.master import Master
 from rosproto.node import MasterClient, Node, Subscriber
 from rosproto.node.graph.registrations import Registration, Registrations
-from rosproto.node.graph.slave_client import NodeClient
 from rosproto.node.incoming import publisher_link_state
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.transport import shared_threads
@@ -83,36 +81,6 @@ def test_a_publisher_that_registers_again_is_connected_at_once(
     with Node("/back", master_uri=client.uri, port=port, rosout=False) as back:
         back.publisher("/t", STRING)
         subscriber.wait_for_connection(5.0)
-
-
-def test_a_node_that_has_ended_is_tried_once_and_not_for_each_topic(
-    graph: Graph, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Each link waits as long since the last try, whoever made it, and finds the node when it is back."""
-    monkeypatch.setattr(publisher_link_state, "GONE", (0.4, 0.4))
-    tries: list[float] = []
-    request = NodeClient.request_topic
-
-    def noted(self: NodeClient, *given: Any, **more: Any) -> list[object]:
-        tries.append(time.monotonic())
-        return request(self, *given, **more)
-
-    monkeypatch.setattr(NodeClient, "request_topic", noted)
-    port = free_port()
-    node, client = graph
-    topics = [f"/gone{number}" for number in range(20)]
-    for topic in topics:
-        client.register_publisher(topic, STRING, f"http://127.0.0.1:{port}/")
-    subscribers = [node.subscriber(topic, STRING) for topic in topics]
-    until(lambda: all(subscriber.errors for subscriber in subscribers))
-    first = len(tries)
-    until(lambda: len(tries) >= first + 8, 30.0)
-    waits = (tries[first + 7] - tries[first]) / 0.4
-    assert waits > 3, "20 links that tried for themselves would take 0.4 waits"
-    with Master() as other, Node("/back", master_uri=other.uri, port=port, rosout=False) as back:
-        for topic in topics:
-            back.publisher(topic, STRING)
-        until(lambda: all(subscriber.connections for subscriber in subscribers))
 
 
 def test_asking_the_master_does_not_shorten_the_wait(

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
-from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import ConnectionLost, Md5sumMismatch
 from rosproto.logs import PeerLog
 from rosproto.node.incoming import publisher_link
@@ -158,7 +157,6 @@ class Owner:
     check_publishers = staticmethod(lambda subscription, at_once: None)
     emit = staticmethod(lambda event: None)
     next_link_id = staticmethod(itertools.count(1).__next__)
-    refused: BoundedCache[str, float] = BoundedCache(1)
 
     def __init__(self) -> None:
         self.context: Any = self
