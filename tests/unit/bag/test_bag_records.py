@@ -144,6 +144,8 @@ def test_chunk_info_with_fewer_counts_than_it_says_is_a_bag_error():
 def test_chunk_header_and_index_headers_round_trip():
     fields, _ = header_of(ChunkHeader("lz4", 7).encode(3))
     assert ChunkHeader.from_fields(fields) == ChunkHeader("lz4", 7)
+    with pytest.raises(BagError, match="names no compression"):
+        ChunkHeader.from_fields({"size": fields["size"]})
     fields, data = header_of(encode_index(5, bytes(24)))
     assert index_header(fields) == (5, 2)
     assert data == bytes(24)
