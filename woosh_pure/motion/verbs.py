@@ -317,14 +317,17 @@ class MotionVerbs:
             replace=replace,
         )
 
+    @usage("forward(0.5) in m, with a decimal point; forward(0.5, speed=0.2) in m/s")
     def forward(self, metres: float, *, speed: float = 0.0) -> StepHandle:
         """`move`: drive straight, or back where `metres` is negative; speed in m/s. Returns at once."""
         return self.move(metres, speed=speed)
 
+    @usage("left(90) in degrees; left(90, speed=0.5) in rad/s")
     def left(self, degrees: float, *, speed: float = 0.0) -> StepHandle:
         """`rotate`: turn in place to the left, in degrees; speed in rad/s. Returns at once."""
         return self.rotate(degrees, degrees=True, speed=speed)
 
+    @usage("right(90) in degrees; right(90, speed=0.5) in rad/s")
     def right(self, degrees: float, *, speed: float = 0.0) -> StepHandle:
         """`rotate`: turn in place to the right, in degrees; speed in rad/s. Returns at once."""
         return self.rotate(-as_float(degrees), degrees=True, speed=speed)

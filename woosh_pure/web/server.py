@@ -169,7 +169,8 @@ def listen_at(bind: str, port: int, slots: ConnectionSlots) -> Listener:
     except ConnectionLost as error:
         why = error.__cause__
         foreign = isinstance(why, socket.gaierror) or getattr(why, "errno", None) == errno.EADDRNOTAVAIL
-        advice = "--bind takes an address of this computer" if foreign else "give another --port"
+        other = "give another --port (--page-port of `woosh run` and `woosh sim`)"
+        advice = "--bind takes an address of this computer" if foreign else other
         raise OSError(
             getattr(why, "errno", None) or errno.EINVAL,
             say(
