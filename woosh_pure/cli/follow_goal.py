@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import functools
-import itertools
-import math
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rosproto.cli import DONE, FAILED, Progress, is_terminal, never_wait_for_stdout
@@ -52,7 +50,8 @@ def follow(
         due = time.monotonic() + every
         text = handle.progress_line()
         if line is not None:
-            text = line.text(text, getattr(handle.latest_report, "percent", None))
+            percent = getattr(handle.latest_report, "percent", None)  # of steps
+            text = line.text(text, percent, handle.progress.metres_left)
         if live:
             progress.show(f"  {out.say(text)}")
         elif text and text != shown:
@@ -76,29 +75,8 @@ _WINDOW = 4.0
 """Seconds over which the speed of getting there is taken."""
 
 
-def length_left(path: Sequence[Pose2D], here: Pose2D) -> float | None:
-    """Return the distance in m to the nearest path point and on to its end; None without a path.
-
-    If a path passes a place twice, the nearest point may belong to the other pass.
-    """
-    if len(path) < 2:
-        return here.distance_to(path[0]) if path else None
-    best = math.inf, 0.0  # (distance from the path, path left behind that point)
-    behind = 0.0  # length of the segments that were looked at
-    for a, b in reversed(list(itertools.pairwise(path))):
-        length = a.distance_to(b)
-        # The point of the segment that is nearest to `here` is `along` metres from its begin.
-        along = ((here.x - a.x) * (b.x - a.x) + (here.y - a.y) * (b.y - a.y)) / length if length else 0.0
-        along = min(max(along, 0.0), length)
-        share = along / length if length else 0.0
-        away = math.hypot(a.x + share * (b.x - a.x) - here.x, a.y + share * (b.y - a.y) - here.y)
-        best = min(best, (away, behind + length - along))
-        behind += length
-    return sum(best)
-
-
 class DriveLine:
-    """The state of a running drive; create it before the goal is sent, so that no plan is missed.
+    """The state of a running drive.
 
     Args:
         chassis: The driving chassis.
@@ -115,18 +93,20 @@ class DriveLine:
         self._began = clock()
         self._lefts: deque[tuple[float, float]] = deque(maxlen=200)
         chassis.pose.open()
-        chassis.feed("plan").open()
 
-    def text(self, progress: str, percent: float | None = None) -> str:
+    def text(self, progress: str, percent: float | None = None, metres_left: float | None = None) -> str:
         """Return the line with all known values.
 
         Args:
             progress: The goal's own progress text, or "".
-            percent: The goal's progress, if known.
+            percent: Of steps, if it is one.
+            metres_left: The rest of the way, m; without it the distance to the target is shown.
         """
         seconds = self._clock() - self._began
         here = self._chassis.pose.latest
-        left = None if here is None else self._left(here)
+        left = metres_left
+        if left is None and here is not None and self._target is not None:
+            left = here.distance_to(self._target)
         parts = [say("{seconds:.0f} s", seconds=seconds)]
         if percent is not None:
             # The rest takes as long as the part that is done, once that part is large enough to tell.
@@ -140,15 +120,6 @@ class DriveLine:
         if percent is None and left is None and progress:
             parts.append(say(progress))
         return functools.reduce(lambda a, b: say("{first}   {second}", first=a, second=b), parts)
-
-    def _left(self, here: Pose2D) -> float | None:
-        from woosh_pure.readings import known_path
-
-        reading: Any = self._chassis.feed("plan").reading
-        fresh = reading is not None and reading.received >= self._began
-        if fresh:
-            return length_left(known_path(self._chassis), here)
-        return None if self._target is None else here.distance_to(self._target)
 
     def _seconds_left(self, left: float) -> float | None:
         """Estimate from the progress of the last seconds; None without progress."""

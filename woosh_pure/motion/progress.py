@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -51,12 +53,28 @@ class PlannedWay:
 
     def left(self, pose: Pose2D | None) -> tuple[float | None, float | None]:
         """Percent of the way that is done, and metres that are left of it."""
-        way = self._way
-        if pose is None or len(way) < 2 or not self._metres:
+        metres = None if pose is None else length_left(self._way, pose)
+        if metres is None or not self._metres:
             return None, None
-        legs = [a.distance_to(b) for a, b in pairwise(way)]
-        away = [pose.distance_to(place) for place in way]
-        # The robot is on the leg that is hardly longer by way of the robot.
-        here = min(range(len(legs)), key=lambda leg: away[leg] + away[leg + 1] - legs[leg])
-        metres = away[here + 1] + sum(legs[here + 1 :])
         return max(0.0, 100.0 * (1.0 - metres / self._metres)), metres
+
+
+def length_left(path: Sequence[Pose2D], here: Pose2D) -> float | None:
+    """Return the distance in m to the nearest path point and on to its end; None without a path.
+
+    If a path passes a place twice, the nearest point may belong to the other pass.
+    """
+    if len(path) < 2:
+        return here.distance_to(path[0]) if path else None
+    best = math.inf, 0.0  # (distance from the path, path left behind that point)
+    behind = 0.0  # length of the segments that were looked at
+    for a, b in reversed(list(pairwise(path))):
+        length = a.distance_to(b)
+        # The point of the segment that is nearest to `here` is `along` metres from its begin.
+        along = ((here.x - a.x) * (b.x - a.x) + (here.y - a.y) * (b.y - a.y)) / length if length else 0.0
+        along = min(max(along, 0.0), length)
+        share = along / length if length else 0.0
+        away = math.hypot(a.x + share * (b.x - a.x) - here.x, a.y + share * (b.y - a.y) - here.y)
+        best = min(best, (away, behind + length - along))
+        behind += length
+    return sum(best)

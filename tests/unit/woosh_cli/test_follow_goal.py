@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from woosh_pure.cli.follow_goal import DriveLine, length_left
+from woosh_pure.cli.follow_goal import DriveLine
 from woosh_pure.geometry import Pose2D
+from woosh_pure.motion.progress import length_left
 
 WAY = [Pose2D(0.0, 0.0), Pose2D(4.0, 0.0), Pose2D(4.0, 3.0)]
 
@@ -23,14 +24,10 @@ def test_what_is_left_of_a_path(here: tuple[float, float], left: float) -> None:
 
 
 class Chassis:
-    """Stands for one: a pose, and perhaps a plan."""
+    """Stands for one: a pose."""
 
     def __init__(self) -> None:
         self.pose: Any = SimpleNamespace(latest=None, open=lambda: None)
-        self.plan: Any = SimpleNamespace(reading=None, latest=None, open=lambda: None)
-
-    def feed(self, name: str) -> Any:
-        return {"plan": self.plan}[name]
 
 
 def test_distance_and_time_become_known() -> None:
