@@ -26,6 +26,7 @@ from rosproto.errors import ConnectionLost
 from rosproto.gateway import GatewayLimits
 from rosproto.gateway.handshake import HandshakeRules
 from tests.support.certificates import certificate
+from tests.support.extras import needs
 from tests.support.rosbridge_client import RosbridgeClient
 from tests.unit.gateway.conftest import Graph
 
@@ -333,6 +334,7 @@ def test_a_client_that_takes_nothing_is_cut_off(serve: Serve, graph: Graph) -> N
 @pytest.mark.promise("loses the oldest messages of its topics and costs bounded memory")
 def test_a_client_that_stops_reading_costs_nobody_else(serve: Serve, graph: Graph) -> None:
     """Its messages are dropped, the oldest first, its memory is bounded, the others get theirs."""
+    needs("bridge")  # cbor-raw
     limits = GatewayLimits(topic_bytes=1 << 20, outbox_bytes=2 << 20, linger_seconds=0.05)
     bridge = serve(limits=limits)
     publisher = graph.robot.publisher("/big", String, queue_size=5)
