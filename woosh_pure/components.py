@@ -71,8 +71,10 @@ class Components:
         words = self.velocity.final_messages
         goals = [] if self.motions.leave else self.motions.goals
         words += [goal.final_message for goal in goals if goal.final_message is not None]
-        elsewhere = Job(partial(say_elsewhere, self.connection, words), _ELSEWHERE)
+        own_over = threading.Event()
+        elsewhere = Job(partial(say_elsewhere, self.connection, words, own_over), _ELSEWHERE)
         self.motions.end_with_node(reason, elsewhere if reason and words else None)
+        own_over.set()
         if reason and words:
             elsewhere.join()
             for problem in elsewhere.result() if elsewhere.over else [say("no answer yet")]:

@@ -18,7 +18,9 @@ from rosproto.errors import ConnectionLost, RosError
 from rosproto.node import NodeClient
 from tests.support.doors import held, in_thread
 from tests.support.load import crowd
-from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis
+from woosh_pure import Chassis, GoalFailed, MotionRefused, OutcomeKind, SimulatedChassis, Velocity
+from woosh_pure.connection.connection import FinalMessage, say_elsewhere
+from woosh_pure.values.messages import twist
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -166,6 +168,25 @@ def test_zero_is_sent_before_the_driving_node_is_shut_down(sim, until, shut_down
         until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 1.0)
         with pytest.raises(ConnectionLost, match=r"shut down \(shutdown by /"):
             chassis.move(0.1)
+
+
+@pytest.mark.promise("a new node sends zero again")
+def test_another_node_says_zero_at_once_and_again_when_our_own_is_over(sim, chassis, until):
+    """The robot may read the last velocity of our own link after the zeros of the other node."""
+    connection = chassis._components.connection
+    words = [FinalMessage("/base_cmd_vel", twist(Velocity()), 3)]
+    own_over = threading.Event()
+    heard: list[Any] = []
+    with chassis.node.subscriber("/base_cmd_vel", "geometry_msgs/Twist", callback=heard.append):
+        saying, errors = in_thread(lambda: say_elsewhere(connection, words, own_over))
+        until(lambda: len(heard) == 3)
+        own = chassis.node.publisher("/base_cmd_vel", "geometry_msgs/Twist", latch=True)
+        own.publish(twist(Velocity(0.2)))
+        until(lambda: not sim.world.body.velocity.is_standing())
+        own_over.set()
+        until(lambda: len(heard) == 7 and sim.world.body.velocity.is_standing(0.0, 0.0))
+        saying.join(20.0)
+    assert not errors
 
 
 @pytest.mark.promise("sends zero and cancels its goals before it obeys", "`rosnode kill` of our node")

@@ -104,6 +104,7 @@ class Connection:
 
 _LISTEN = 2.0  # seconds for a subscriber to connect
 _FLUSH = _ARRIVE = 0.5  # seconds
+_OWN_OVER = 8.0  # seconds for our own node to say its last words
 
 
 @dataclass(frozen=True)
@@ -121,12 +122,22 @@ class FinalMessage:
     times: int = 1
 
 
-def say_elsewhere(connection: Connection, words: Iterable[FinalMessage]) -> list[str]:
-    """Send zeros and cancels from a temporary node after our own was shut down; never raises.
+def say_elsewhere(
+    connection: Connection, words: Iterable[FinalMessage], own_over: threading.Event
+) -> list[str]:
+    """Send zeros and cancels from a temporary node while our own is shut down; never raises.
 
     When another node takes our name, the master tells our subscribers that we are gone, and they close the
     links before they read our zeros and cancels. A new node with a unique name reaches them. (Tasks are
     cancelled by a service, for which names do not matter.)
+
+    They are sent at once, and again when our own node has ended: the robot may read a last velocity of its
+    link after the zeros of this one.
+
+    Args:
+        connection: Makes the node.
+        words: The messages.
+        own_over: Set when our own node sends nothing more.
 
     Returns:
         A sentence for each message that was not sent.
@@ -146,8 +157,11 @@ def say_elsewhere(connection: Connection, words: Iterable[FinalMessage]) -> list
                         publisher.publish(word.message)
                 except RosError as error:
                     problems.append(str(error))
+            own_over.wait(_OWN_OVER)
             for word, publisher in said:
                 try:
+                    for _ in range(word.times):
+                        publisher.publish(word.message)
                     publisher.flush(_FLUSH)
                     if publisher.wait_arrived(_ARRIVE) is False:
                         problems.append(
