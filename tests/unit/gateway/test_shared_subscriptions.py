@@ -96,7 +96,7 @@ def test_a_topic_is_kept_for_who_comes_back_at_once(graph: tuple[Node, Node]) ->
     assert not left
     shared_subscriptions.close()
     until(lambda: publisher.connections == 0)
-    assert not [t for t in threading.enumerate() if t.name.startswith("rosproto:leave")]
+    until(lambda: not [t for t in threading.enumerate() if t.name.startswith("rosproto:leave")])
 
 
 def test_newcomers_get_the_last_message_of_each_latched_publisher(graph: tuple[Node, Node]) -> None:
