@@ -46,8 +46,9 @@ def test_a_whole_robot_needs_few_threads_and_files() -> None:
     with ExitStack() as stack:
         robots = [stack.enter_context(SimulatedChassis()) for _ in range(2)]
         until(lambda: all(robot.graph.internal_clients["/move_base"].servers for robot in robots))
-        assert threading.active_count() - threads <= 2 * 40
-        assert files() - opened <= 2 * 60
+        # At rest: the last calls and links of the start may still have threads.
+        until(lambda: threading.active_count() - threads <= 2 * 40, what="threads at rest")
+        until(lambda: files() - opened <= 2 * 60, what="files at rest")
     until(lambda: files() - opened <= 3, what="the end of the robots' sockets")
 
 
