@@ -9,6 +9,7 @@ from collections.abc import Callable
 from tests.interop.compare.bags import in_one_order, ties_in_one_order, without_connections
 from tests.interop.compare.comparison import ERROR, Answer, Case, Difference, without_texts
 from tests.interop.compare.definitions import unlike_anyone
+from tests.interop.compare.links import STRING_MD5
 
 
 def _refusals(answer: Answer) -> list[bool]:
@@ -228,6 +229,16 @@ def _length_of_an_answer(case: Case, theirs: Answer, ours: Answer) -> bool:
 
 def _md5sum_of_a_server(case: Case, theirs: Answer, ours: Answer) -> bool:
     return "reply" in theirs and "md5sum" in str(ours.get("why"))
+
+
+def _md5sum_of_a_publisher(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """Its header has an md5sum that is not that of the subscriber's type, also an empty one."""
+    (md5sum,) = {word for word in case["header"] if word.startswith("md5sum=")} or {""}
+    return md5sum not in ("", "md5sum=*", f"md5sum={STRING_MD5}") and not ours["received"]
+
+
+def _publisher_without_type(case: Case, theirs: Answer, ours: Answer) -> bool:
+    return not theirs["received"] and not any(word.startswith("type=") for word in case["header"])
 
 
 def _copied_bytes(case: Case, theirs: Answer, ours: Answer) -> bool:
@@ -505,6 +516,16 @@ DIFFERENCES: list[Difference] = [
         )
         for kind in ("ToPublisher", "ToService", "FromService", "FromPublisher")
     ],
+    Difference(
+        "FromPublisher",
+        "A publisher with another md5sum, or an empty one, is refused; rospy and roscpp do not look.",
+        _md5sum_of_a_publisher,
+    ),
+    Difference(
+        "FromPublisher",
+        "A publisher whose header has no type is taken; rospy refuses it.",
+        _publisher_without_type,
+    ),
     Difference(
         "FromPublisher",
         "A message with fewer or more bytes than its fields need is an error; genpy takes what is there.",
