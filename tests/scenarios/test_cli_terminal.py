@@ -14,6 +14,7 @@ if sys.platform == "win32":
     pytest.skip("needs a pseudo-terminal", allow_module_level=True)
 
 from rosproto import Node
+from rosproto.master.api import MasterApi
 from tests.support.terminal import ELSEWHERE, LAUNCH, Terminal
 from tests.support.woosh_command import woosh_process
 from woosh_pure import Chassis
@@ -309,19 +310,37 @@ def test_keys_pressed_before_the_drive_is_open_move_nothing(slow):
 
 @pytest.mark.slow
 @pytest.mark.promise("a stop while a motion is being prepared")
-def test_a_stop_by_another_program_while_the_drive_is_opened_keeps_it_from_driving(slow):
+def test_a_stop_by_another_program_while_the_drive_is_opened_keeps_it_from_driving(slow, until, monkeypatch):
     """Keys that were pressed before it move nothing; one that is pressed after it does."""
+    calls: list[tuple[object, ...]] = []
+    dispatch = MasterApi.dispatch
+
+    def noted(self, method, params, peer=""):
+        answer = dispatch(self, method, params, peer)
+        calls.append((method, *params[:2]))
+        return answer
+
+    def has_looked() -> bool:
+        """Whether the drive has looked for other programs, which it does when it has registered."""
+        for at, (method, caller, *topic) in enumerate(list(calls)):
+            if (method, topic) == ("registerPublisher", ["/base_cmd_vel"]):
+                return ("getSystemState", caller) in calls[at:]
+        return False
+
+    monkeypatch.setattr(MasterApi, "dispatch", noted)
     with (
         drive(slow, "--feedback-timeout", "2", "--direct") as terminal,
         Chassis(slow.master_uri) as other,
     ):
         terminal.wait_for("Type yes to drive:")
-        slow.fall_silent(3.0)  # the drive opens when the measured velocity is heard
+        slow.fall_silent(60.0)  # the drive opens when the measured velocity is heard
         terminal.send("yes\n")
         terminal.wait_for("any other key: stop")
+        until(has_looked)  # a program that is sending zeros is one that can drive: the drive would be refused
         terminal.send(UP * 3)
         other.stop(everything=True, timeout=0.5)
         assert "sent" not in terminal.text, "the drive was open before the stop"
+        slow.network.restore()
         terminal.wait_for("sent +0.00")
         end = time.monotonic() + 1.0
         while time.monotonic() < end:
