@@ -9,8 +9,6 @@ from __future__ import annotations
 import contextlib
 import re
 import shlex
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,7 +20,7 @@ import rosproto
 from rosproto.bag import BagWriter
 from rosproto.cli.entry import EXAMPLES as ROSPROTO
 from tests.support.extras import needs
-from tests.support.options import Result, ctrl_c, run
+from tests.support.options import run, run_apart, run_until
 from tests.support.robot_pool import Robot
 from tests.support.tunable import Tunable
 from tests.test_documentation import commands
@@ -210,12 +208,10 @@ def test_an_example_of_help_does_what_it_promises(
             rosproto.Node("/listener_of_the_examples", master_uri=sim.master_uri) as node,
             node.subscriber("/cmd_vel", "geometry_msgs/Twist") as twists,
         ):
-            with ctrl_c(lambda: twists.latest is not None, timeout=15.0):
-                result = run(prog, words)
+            result = run_until(lambda _: twists.latest is not None, prog, words)
             assert twists.latest.linear.x == 0.1
     elif way.until:
-        with ctrl_c(lambda: way.until in shown(), timeout=15.0):
-            result = run(prog, [*words, *way.more])
+        result = run_until(lambda shown: way.until in shown, prog, [*words, *way.more])
         assert way.until in result.out + result.err
     else:
         with task_begun(sim) if way.during else contextlib.nullcontext():
@@ -230,16 +226,6 @@ def test_an_example_of_help_does_what_it_promises(
         found = list(tmp_path.glob(pattern))
         assert found, f"no {pattern}: {sorted(p.name for p in tmp_path.iterdir())}"
         assert all(file.stat().st_size > 100 for file in found)
-
-
-def run_apart(prog: str, words: list[str], stdin: str = "") -> Result:
-    """As `run`, in a process of its own."""
-    module = "woosh_pure" if prog == "woosh" else "rosproto"
-    done = subprocess.run(
-        [sys.executable, "-m", module, *words],
-        input=stdin, capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
-    return Result(done.returncode, done.stdout, done.stderr)
 
 
 @contextlib.contextmanager
@@ -263,8 +249,3 @@ def task_begun(sim: SimulatedChassis) -> Iterator[None]:
             over.set()
             thread.join(5.0)
             other.stop()
-
-
-def shown() -> str:
-    """What a command running in this process has printed so far."""
-    return "".join(getattr(s, "getvalue", str)() for s in (sys.stdout, sys.stderr))

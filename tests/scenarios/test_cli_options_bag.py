@@ -16,7 +16,8 @@ import pytest
 from msgdefs.std_msgs.msg import Float64, String
 from rosproto import BagReader, BagWriter, Master, Node
 from rosproto.time import Time
-from tests.support.options import Case, covered, ctrl_c, every_pair, leaves, path_of, run
+from tests.support.options import Case, covered, every_pair, leaves, path_of, run, run_until
+from tests.support.waiting import until
 
 pytestmark = pytest.mark.whole
 
@@ -185,8 +186,9 @@ def test_live_option(case: Case, bags: Path, graph: SimpleNamespace) -> None:
 def test_live_option_until_ctrl_c(case: Case, bags: Path, graph: SimpleNamespace) -> None:
     """Ctrl-C is an orderly end."""
     verb, *words = case.words(d=bags)
-    with ctrl_c(lambda: list(bags.glob("s_*.bag")) if verb == "record" else graph.plays()):
-        result = run("rosproto", ["bag", verb, "--master", graph.uri, *words])
+    begun = graph.plays if verb == "play" else lambda: list(bags.glob("s_*.bag"))
+    until(lambda: not begun(), what="the end of the command before it")
+    result = run_until(lambda _: begun(), "rosproto", ["bag", verb, "--master", graph.uri, *words])
     assert result.code in (0, 130), result
     ends(Case(case.line, case.check, code=result.code), result, bags)
 

@@ -5,7 +5,6 @@ What the commands mean in depth is in test_cli_verbs.py; here each option must s
 
 from __future__ import annotations
 
-import contextlib
 import inspect
 import json
 import math
@@ -18,7 +17,17 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.support.options import Case, Result, covered, ctrl_c, every_pair, leaves, offers_json, path_of, run
+from tests.support.options import (
+    Case,
+    Result,
+    covered,
+    every_pair,
+    leaves,
+    offers_json,
+    path_of,
+    run,
+    run_until,
+)
 from tests.support.png import read_png
 from woosh_pure import SimulatedChassis
 from woosh_pure.enums import NavDirection, NavigationMode
@@ -232,9 +241,9 @@ def run_case(case: Case, words: list[str], place: SimpleNamespace) -> None:
         sim.world.body.velocity = Velocity(0.0, 0.0, 0.0)
         sim.world.localization.running = True
         assert sim.world.initial_pose(Pose2D(0.0, 0.0, 0.0))
-    with contextlib.ExitStack() as stack:
-        if "--split" in words:  # goes on until somebody ends it
-            stack.enter_context(ctrl_c((place.folder / "e_1.bag").exists))
+    if "--split" in words:  # goes on until somebody ends it
+        result = run_until(lambda _: (place.folder / "e_1.bag").exists(), "woosh", words)
+    else:
         result = run("woosh", words, case.stdin)
     shown = f"{' '.join(words)}\n{result.out}\n{result.err}"
     assert result.code == case.code, shown

@@ -6,24 +6,29 @@ argument (`<namespace>`).
 
 from __future__ import annotations
 
-import _thread
 import argparse
 import contextlib
 import functools
 import io
 import json
+import os
 import shlex
-import threading
-import time
+import signal
+import subprocess
+import sys
+import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import IO, Any
 
 from rosproto.cli.entry import COMMANDS as ROSPROTO
 from rosproto.cli.entry import add_general_options
 from rosproto.cli.entry import parser_for as rosproto_parser
 from rosproto.cli.graph_options import add_graph_options
 from rosproto.cli.parser import Parser, sub_parsers
+from tests.support.waiting import until
 from woosh_pure.cli.commands import COMMANDS as WOOSH
 from woosh_pure.cli.entry import _common, parser_for
 
@@ -33,13 +38,16 @@ __all__ = [
     "Result",
     "common_options",
     "covered",
-    "ctrl_c",
     "every_pair",
     "leaves",
     "offers_json",
     "path_of",
     "run",
+    "run_apart",
+    "run_until",
 ]
+
+ROOT = Path(__file__).resolve().parents[2]
 
 Pair = tuple[str, str]
 
@@ -199,35 +207,6 @@ def covered(prog: str, words: Sequence[str]) -> set[Pair]:
         path, parser = f"{path} {chosen}", subs[chosen]
 
 
-@contextlib.contextmanager
-def ctrl_c(when: Callable[[], object], timeout: float = 60.0) -> Iterator[None]:
-    """Ctrl-C for what the block runs: as soon as something holds, or the time is up."""
-    over = threading.Event()
-    until = time.monotonic() + 10.0
-    while when() and time.monotonic() < until:  # what an earlier command has left behind: its node is leaving
-        time.sleep(0.01)
-
-    def watch() -> None:
-        end = time.monotonic() + timeout
-        while not when() and time.monotonic() < end:
-            if over.wait(0.02):
-                return
-        # Again when it did nothing: one that meets the interpreter in a callback of the collector, where
-        # hypothesis has one, is lost. A person presses it again, too.
-        for _ in range(3):
-            _thread.interrupt_main()
-            if over.wait(10.0):
-                return
-
-    thread = threading.Thread(target=watch, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        over.set()
-        thread.join(5.0)
-
-
 def run(prog: str, words: Sequence[str], stdin: str = "") -> Result:
     """Run a command in this process."""
     from rosproto.cli import main as rosproto
@@ -242,10 +221,57 @@ def run(prog: str, words: Sequence[str], stdin: str = "") -> Result:
     return Result(code, out.getvalue(), err.getvalue())
 
 
+def run_apart(prog: str, words: Sequence[str], stdin: str = "") -> Result:
+    """As `run`, in a process of its own."""
+    done = subprocess.run(
+        _command(prog, words), input=stdin, capture_output=True, text=True, encoding="utf-8", timeout=60,
+        check=False, env=_environment(),
+    )  # fmt: skip
+    return Result(done.returncode, done.stdout, done.stderr)
+
+
+def run_until(when: Callable[[str], object], prog: str, words: Sequence[str]) -> Result:
+    """Run a command that goes on in a process of its own, and press Ctrl-C as soon as something holds.
+
+    In this process the signal could meet pytest, before the command has begun or when it has ended.
+
+    Args:
+        when: Called with what the command has printed so far.
+        prog: "rosproto" or "woosh".
+        words: The rest of the command line.
+    """
+    with ExitStack() as stack:
+        out, err = (stack.enter_context(tempfile.TemporaryFile("w+", encoding="utf-8")) for _ in range(2))
+
+        def written(file: IO[str]) -> str:
+            size = os.fstat(file.fileno()).st_size
+            return os.pread(file.fileno(), size, 0).decode(errors="replace")  # leaves the writer's place
+
+        process = stack.enter_context(
+            subprocess.Popen(
+                _command(prog, words), stdin=subprocess.DEVNULL, stdout=out, stderr=err, env=_environment()
+            )
+        )
+        stack.callback(process.kill)
+        until(
+            lambda: process.poll() is not None or when(written(out) + written(err)),
+            60.0,
+            lambda: f"{prog} {shlex.join(words)}:\n{written(out)}{written(err)}",
+        )
+        process.send_signal(signal.SIGINT)
+        return Result(process.wait(60.0), written(out), written(err))
+
+
+def _command(prog: str, words: Sequence[str]) -> list[str]:
+    return [sys.executable, "-u", "-m", "woosh_pure" if prog == "woosh" else "rosproto", *words]
+
+
+def _environment() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"}
+
+
 @contextlib.contextmanager
 def _stdin(text: str) -> Iterator[None]:
-    import sys
-
     before, sys.stdin = sys.stdin, io.StringIO(text)
     try:
         yield

@@ -13,7 +13,6 @@ from rosproto import Master, Node
 from rosproto.cli import main
 from rosproto.cli.log import word_of
 from rosproto.codec import message_class
-from tests.support.options import ctrl_c
 
 Log = message_class("rosgraph_msgs/Log")
 Out = Callable[..., tuple[int, str, str]]
@@ -116,11 +115,7 @@ def test_levels_of_a_node_are_listed_and_set(log: Out) -> None:
 def test_without_an_aggregator_rosout_itself_is_read(capsys: pytest.CaptureFixture[str]) -> None:
     with Master() as master, Node("/talker", master_uri=master.uri) as node:
         publisher = node.publisher("/rosout", Log)
-
-        def heard() -> bool:
-            publisher.publish(line(2, "hello", "/talker"))
-            return False
-
-        with ctrl_c(heard, timeout=20.0):
-            assert main(["log", "echo", "-n", "1", "--match", "hello", "--master", master.uri]) == 0
+        words = ["log", "echo", "-n", "1", "--match", "hello", "--timeout", "60", "--master", master.uri]
+        with node.clock.timer(0.02, lambda _: publisher.publish(line(2, "hello", "/talker"))):
+            assert main(words) == 0
     assert "INFO  /talker: hello" in capsys.readouterr().out
