@@ -1,6 +1,6 @@
 """What `woosh web` costs, and how late the page is, in a headless Chromium.
 
-    python -m tests.benchmarks web [--seconds 15] [--rounds 3] [--viewers 1,10] [--only paint,pose,viewers]
+    python -m tests.benchmarks web [--seconds 15] [--rounds 3] [--viewers 1,10] [--only paint,pose,viewers,stops]
 
 * paint: from the address to the first paint, to marks that can be touched, and to the map with the robot in it; in a
   browser that has never seen the page, and again in the same one.
@@ -8,6 +8,7 @@
   WebSocket, the page's script, the screen (after the frame that shows it). All four in the same run, on the same clock.
 * viewers: processor of the server's process without a viewer, with one and with many, and what each of them gets,
   with and without the camera's picture.
+* stops: how long POST stop takes, in which the robot is seen to stand, beside so many viewers (`--viewers 200`).
 
 Simulator, server and browser are processes of their own. The viewers of the last row are this process: ten pages
 of a browser would take the processor that is measured.
@@ -24,6 +25,7 @@ import sys
 import tempfile
 import threading
 import time
+import urllib.request
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -33,7 +35,7 @@ from typing import Any
 from tests.benchmarks._figures import Table, spread
 from tests.benchmarks.gateway import Server, percentile
 
-ROWS = ("paint", "pose", "viewers")
+ROWS = ("paint", "pose", "viewers", "stops")
 TARGET = 0.2  # s, 95th percentile, from the simulator to the screen on a quiet machine
 _POSE = "/movebase_pose2d"
 Key = tuple[float, float, float]
@@ -134,7 +136,15 @@ def served(master_uri: str, folder: Path) -> Iterator[Server]:
     (folder / "marks.json").write_text(json.dumps(marks), encoding="utf-8")
     words = [
         *(sys.executable, "-m", "woosh_pure", "--master", master_uri, "--json", "web", "--port", "0"),
-        *("--no-browser", "--marks", str(folder / "marks.json"), "--recordings", str(folder)),
+        *(
+            "--max-clients",
+            "200",
+            "--no-browser",
+            "--marks",
+            str(folder / "marks.json"),
+            "--recordings",
+            str(folder),
+        ),
     ]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -367,6 +377,37 @@ def row_viewers(args: Any, server: Server, sim: Simulator) -> None:
                 if viewers:
                     found.note(name, columns[1], kilobytes)
     found.print()
+
+
+def row_stops(args: Any, server: Server, sim: Simulator) -> None:
+    async def measured(viewers: int) -> list[float]:
+        counts = [0] * viewers
+        url = server.url.replace("http", "ws", 1) + "api/v1/live"
+        tasks = [asyncio.ensure_future(_view(url, None, counts, index)) for index in range(viewers)]
+        while not all(counts):
+            await asyncio.sleep(0.1)
+        took = [await asyncio.to_thread(_stop, server.url) for _ in range(10)]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        return took
+
+    column = "stop answered, ms"
+    found = Figures([column])
+    for _ in range(args.rounds):
+        for viewers in (0, *map(int, args.viewers.split(","))):
+            for took in asyncio.run(measured(viewers)):
+                found.note(f"{viewers or 'no'} viewer{'s' * (viewers > 1)}", column, took)
+    found.print()
+
+
+def _stop(url: str) -> float:
+    began = time.perf_counter()
+    with urllib.request.urlopen(
+        urllib.request.Request(f"{url}api/v1/stop", method="POST"), timeout=60
+    ) as reply:
+        assert json.load(reply)["stands_still"] is True
+    return 1000 * (time.perf_counter() - began)
 
 
 async def _view(url: str, camera: str | None, counts: list[int], index: int) -> None:

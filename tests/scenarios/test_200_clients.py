@@ -1,6 +1,6 @@
-"""`--max-clients 200` of the three servers: each client gets messages, one more is refused, and a stop is not late.
+"""`--max-clients 200` of the three servers: each client gets messages, one more is refused, and a stop is obeyed.
 
-The server is a process of its own, as is the graph; `pytest -s` shows the figures.
+The server is a process of its own, as is the graph. How fast it is: `python -m tests.benchmarks web --only stops`.
 """
 
 from __future__ import annotations
@@ -9,12 +9,10 @@ import asyncio
 import http.client
 import json
 import os
-import statistics
 import subprocess
 import sys
-import time
 from collections.abc import Awaitable, Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +28,7 @@ from woosh_pure import SimulatedChassis
 
 pytestmark = pytest.mark.slow  # 200 clients
 
-CLIENTS, SECONDS, STOPS = 200, 3.0, 10
+CLIENTS, STOPS = 200, 10
 ROOT = Path(__file__).resolve().parents[2]
 ZERO = {"linear": {"x": 0.0, "y": 0.0, "z": 0.0}, "angular": {"x": 0.0, "y": 0.0, "z": 0.0}}
 
@@ -68,35 +66,15 @@ async def crowd(
     return connections, counts, [asyncio.ensure_future(read(number)) for number in range(CLIENTS)]
 
 
-async def everybody_gets_messages(counts: list[int]) -> int:
-    """Wait until each client has some, then count those of `SECONDS`; the fewest of one client."""
-    end = time.monotonic() + 60.0
-    while min(counts) < 3:
-        assert time.monotonic() < end, f"{sum(n < 3 for n in counts)} of {len(counts)} got nothing"
-        await asyncio.sleep(0.1)
+async def everybody_gets_messages(counts: list[int]) -> None:
+    """Wait until each client has got some more."""
     before = list(counts)
-    await asyncio.sleep(SECONDS)
-    return min(now - then for now, then in zip(counts, before, strict=True))
-
-
-async def delays(stop: Callable[[], object]) -> list[float]:
-    """How long a stop takes, in ms, while the clients go on reading."""
-    found = []
-    for _ in range(STOPS):
-        began = time.monotonic()
-        await asyncio.to_thread(stop)
-        found.append(1e3 * (time.monotonic() - began))
+    for _ in range(600):
+        waiting = sum(now < then + 3 for now, then in zip(counts, before, strict=True))
+        if not waiting:
+            return
         await asyncio.sleep(0.1)
-    return sorted(found)
-
-
-def told(name: str, fewest: int, late: list[float]) -> None:
-    print(
-        f"{name}: {CLIENTS} clients, each at least {fewest} messages in {SECONDS:g} s; "
-        f"stop {statistics.median(late):.0f} ms, at most {late[-1]:.0f} ms"
-    )
-    assert fewest >= 2
-    assert statistics.median(late) < 1000.0
+    raise AssertionError(f"{waiting} of {len(counts)} got nothing")
 
 
 async def close(connections: list[Any], reading: list[asyncio.Task[None]]) -> None:
@@ -145,16 +123,12 @@ def test_a_gateway_serves_200_clients(kind: str, sim: SimulatedChassis) -> None:
             channels = [{"id": 7, "topic": "/stops", "encoding": "json", "schemaName": "geometry_msgs/Twist"}]
             await driver.send(json.dumps({"op": "advertise", "channels": channels}))
             zero = b"\x01" + (7).to_bytes(4, "little") + json.dumps(ZERO).encode()
-        fewest = await everybody_gets_messages(counts)
-        loop = asyncio.get_running_loop()
-
-        def stop() -> None:
-            asyncio.run_coroutine_threadsafe(driver.send(zero), loop).result(10)
-            arrived()
-
-        late = await delays(stop)
+        await everybody_gets_messages(counts)
+        for _ in range(STOPS):
+            await driver.send(zero)
+            await asyncio.to_thread(arrived)
+        await everybody_gets_messages(counts)
         await close(connections, reading)
-        told(kind, fewest, late)
 
     with (
         Node("/robot_of_200", master_uri=sim.master_uri) as robot,
@@ -172,23 +146,22 @@ def test_the_page_s_server_serves_200_viewers(sim: SimulatedChassis, private_con
     async def talk(port: int) -> None:
         url = f"ws://127.0.0.1:{port}/api/v1/live"
 
-        def stop() -> float:
-            began = time.monotonic()
-            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
-            connection.request("POST", "/api/v1/stop")
-            assert connection.getresponse().status == 200
-            connection.close()
-            return 1e3 * (time.monotonic() - began)
+        def stop() -> None:
+            with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=60)) as connection:
+                connection.request("POST", "/api/v1/stop")
+                response = connection.getresponse()
+                assert response.status == 200
+                assert json.load(response)["stands_still"] is True
 
-        alone = await asyncio.to_thread(lambda: sorted(stop() for _ in range(STOPS)))
         connections, counts, reading = await crowd(url, nobody, '{"t":"ack","n":%d}')
         one_more = await websockets.connect(url)
         await asyncio.wait_for(one_more.wait_closed(), 10)
         assert one_more.close_code == 4429
-        fewest = await everybody_gets_messages(counts)
-        late = await delays(stop)
+        await everybody_gets_messages(counts)
+        for _ in range(STOPS):
+            await asyncio.to_thread(stop)
+        await everybody_gets_messages(counts)
         await close(connections, reading)
-        told(f"web (without viewers: stop {statistics.median(alone):.0f} ms)", fewest, late)
 
     with served("woosh_pure", "web", "--master", sim.master_uri, "--no-browser", "--json") as process:
         assert process.stdout is not None
