@@ -165,7 +165,7 @@ def test_zero_is_sent_before_the_driving_node_is_shut_down(sim, until, shut_down
             shut_down(chassis.node)
             drive.hold(0.05, seconds=20.0)
         assert chassis.node.wait(20.0)
-        until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 1.0)
+        until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 1.0 * crowd())
         with pytest.raises(ConnectionLost, match=r"shut down \(shutdown by /"):
             chassis.move(0.1)
 

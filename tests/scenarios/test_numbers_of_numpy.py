@@ -18,6 +18,7 @@ from rosproto import aio
 from rosproto.errors import RosTimeout
 from rosproto.tf import TransformBuffer
 from rosproto.time import Duration
+from tests.support.load import crowd
 from tests.support.victim import eventually
 from woosh_pure import GoalFailed, OutcomeKind, Pose2D
 from woosh_pure.motion.steps import Step
@@ -62,7 +63,7 @@ def test_waits_of_rosproto_end_in_time(graph, kind):
     with pytest.raises(RosTimeout):
         TransformBuffer().wait("a", "b", timeout=soon)
     assert graph.wait(timeout=soon) is False
-    assert time.monotonic() - began < 4.0
+    assert time.monotonic() - began < 4.0 * crowd()
 
 
 @every_kind
@@ -75,7 +76,7 @@ def test_clocks_of_rosproto_take_them(graph, kind):
     graph.clock.timer(kind(0.0625), calls.append, oneshot=True)._thread.join(4.0)
     assert len(calls) == 1
     assert Duration.from_sec(kind(0.5)) == Duration(kind(0.5)) == Duration(0, 500_000_000)
-    assert 0.1 < time.monotonic() - began < 4.0
+    assert 0.1 < time.monotonic() - began < 4.0 * crowd()
 
 
 @every_kind
@@ -109,10 +110,10 @@ def test_a_velocity_lapses_in_time(sim, chassis, until, kind):
     with chassis.velocity(bypasses_protection=True, **options) as drive:
         drive.set(kind(0.0625), kind(0), valid_for=kind(0.25))
         until(lambda: not drive.sending.is_standing(0.0, 0.0))
-        until(lambda: drive.sending.is_standing(0.0, 0.0), 1.5)
+        until(lambda: drive.sending.is_standing(0.0, 0.0), 1.5 * crowd())
         began = time.monotonic()
         drive.hold(kind(0.0625), seconds=kind(0.25))
-        assert 0.2 < time.monotonic() - began < 2.0
+        assert 0.2 < time.monotonic() - began < 2.0 * crowd()
 
 
 @every_kind
@@ -124,7 +125,7 @@ def test_feeds_and_states_are_waited_for_in_time(sim, chassis, kind):
         chassis.odometer.wait_for(lambda _: False, kind(0.0625))
     with pytest.raises(RosTimeout):
         chassis.wait_until(lambda _: False, kind(0.0625))
-    assert time.monotonic() - began < 4.0
+    assert time.monotonic() - began < 4.0 * crowd()
     chassis.readiness()
     eventually(lambda: chassis.feed("status").sources, 20.0)  # the state is told once, to who is there
     sim.press_emergency_stop()
@@ -132,7 +133,7 @@ def test_feeds_and_states_are_waited_for_in_time(sim, chassis, kind):
     began = time.monotonic()
     with pytest.raises(RosTimeout):
         chassis.wait_until_ready(kind(0.0625))
-    assert time.monotonic() - began < 4.0
+    assert time.monotonic() - began < 4.0 * crowd()
 
 
 def test_values_hold_floats():

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.load import crowd
 from woosh_pure import SimulatedChassis
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="limits and pipes as POSIX has them")
@@ -94,7 +95,7 @@ def test_the_robot_stands(sim, real_time, until, begun, what, lacks):
     until(lambda: not sim.world.body.velocity.is_standing())
     process.stdin.write("now\n")
     process.stdin.flush()
-    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 4.0, "standing")
+    until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), 4.0 * crowd(), "standing")
     assert process.stdout.readline().startswith("stopped: ")  # it returned, and raised nothing
     assert sim.world.motion is None
     assert not sim.world.tasks.busy

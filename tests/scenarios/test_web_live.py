@@ -121,7 +121,7 @@ def test_a_lost_robot_is_said_in_words_within_two_seconds(sim: SimulatedChassis,
         lost = page.wait(lambda d: d["t"] == "lost" and d["text"])
         seconds = time.monotonic() - began
     assert "nothing was heard of the robot" in lost["text"]
-    assert seconds < 2.5, "1.5 s of silence, and a busy computer"
+    assert seconds < 2.5 * crowd(), "1.5 s of silence, and a busy computer"
     page.forget()
     page.of("lost", text=None)
 
@@ -339,7 +339,7 @@ def test_the_lease_of_a_killed_browser_lapses_in_seconds_unless_it_comes_back(
         until(lambda: context.viewers == 0, what="the connection being gone again")
     gone = time.monotonic()
     until(lambda: chassis.lease.holder is None, what="control being free")
-    assert time.monotonic() - gone < 3.0
+    assert time.monotonic() - gone < 3.0 * crowd()
 
 
 def test_a_page_that_has_gone_asks_for_nothing_any_more(

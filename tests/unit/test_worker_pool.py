@@ -82,16 +82,20 @@ def test_helpers_are_for_the_processors_of_the_process(monkeypatch):
     assert worker_count() == 1
 
 
-def test_work_that_is_due_later_runs_in_the_order_of_its_time_on_one_thread():
+def test_work_that_is_due_later_runs_in_the_order_of_its_time_on_one_thread(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("rosproto.worker_pool.monotonic", lambda: now[0])
     helpers = WorkerPool("helpers later", 8, daemon=True, gradual=True)
-    ran: list[str] = []
-    tasks = [helpers.add_later(seconds, lambda s=seconds: ran.append(s)) for seconds in (0.06, 0.02, 0.04)]
-    dropped = helpers.add_later(0.03, lambda: ran.append("cancelled"))
+    ran: list[float] = []
+    due = {s: helpers.add_later(s, lambda s=s: ran.append(s)) for s in (0.06, 0.02, 0.04)}
+    dropped = helpers.add_later(0.03, lambda: ran.append(0.03))
     assert dropped.cancel()
     assert threads("helpers later") == 1
-    for task in tasks:
-        task.result(10)
+    for now[0] in (0.02, 0.04, 0.06):
+        due[now[0]].result(10)
+        assert ran[-1] == now[0]
     assert ran == [0.02, 0.04, 0.06]
+    now[0] = 1.0
     until(lambda: not threads("helpers later"), what="the end of the thread")
 
 

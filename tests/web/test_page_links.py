@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.support.browser import PHONE, person
+from tests.support.load import crowd
 from tests.support.proxy import FaultProxy
 from tests.web.conftest import marks
 
@@ -46,7 +47,7 @@ def until(condition: Callable[[], Any], page: Page, seconds: float = 20.0) -> An
 def said_lost(page: Page, began: float, text: str) -> None:
     """In words, within two seconds; and all that is old looks old."""
     page.wait_for_selector(f"#lost:not(.hidden) >> text={text}")
-    assert time.monotonic() - began < 2.0 + SLACK
+    assert time.monotonic() - began < 2.0 + SLACK * crowd()
     assert "gone" in (page.get_attribute("body", "class") or "")
     grey = page.evaluate(
         """(() => { const probe = document.createElement("p"); probe.className = "quiet"; document.body.append(probe);

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.support.browser import DESKTOP, PHONE, person
+from tests.support.load import crowd
 from tests.web.test_page_alone import allow, kinds, until
 
 if TYPE_CHECKING:
@@ -184,7 +185,7 @@ def test_a_pad_that_moves_ends_the_drive(browser: Browser, served: tuple[Fake, s
         finger.down()
         MOVES[way](page)
         finger.tremble()
-        until(lambda: finger.ended, page, 2.0)
+        until(lambda: finger.ended, page, 2.0 * crowd())
         finger.is_steady()
         assert page.inner_text(".drivestate").startswith("Ended: ")
         count = len(kinds(fake, "press", "beat"))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.support.browser import DESKTOP, PHONE, person
+from tests.support.load import crowd
 from tests.support.web import PageClient
 
 if TYPE_CHECKING:
@@ -383,7 +384,7 @@ def test_hold_to_drive_and_let_go(browser: Browser, robot: Robot) -> None:
         ended = page.locator(".drivestate.bad").count() > 0
         assert robot.speed > 0.05 or ended, "it is held: it goes on"
         page.mouse.up()
-        until(lambda: robot.speed < 0.01, page, 2.0)
+        until(lambda: robot.speed < 0.01, page, 2.0 * crowd())
         page.wait_for_selector(".drivestate >> text=Ready to drive")
 
 
@@ -395,7 +396,7 @@ def test_a_closed_page_stops_and_gives_back(browser: Browser, robot: Robot) -> N
         page.keyboard.down("ArrowUp")
         until(lambda: robot.speed > 0.05, page)
         page.close(run_before_unload=True)
-        until(lambda: robot.speed < 0.01, other, 2.0)
+        until(lambda: robot.speed < 0.01, other, 2.0 * crowd())
         other.click("#tabbutton-drive")
         other.wait_for_selector("text=Nobody has control.")
 

@@ -15,6 +15,7 @@ from rosproto.node.graph.registrations import Registration, Registrations
 from rosproto.node.incoming import publisher_link_state
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.transport import shared_threads
+from tests.support.load import crowd
 from tests.support.ros import free_port
 from tests.support.waiting import until
 
@@ -117,7 +118,7 @@ def test_closing_a_link_that_waits_takes_no_time(
     subscriber = waiting(node)
     began = time.monotonic()
     subscriber.close()
-    assert time.monotonic() - began < 2.0
+    assert time.monotonic() - began < 2.0 * crowd()
     assert not node.stats().links
     assert not link_threads("/t")
 
