@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import signal
@@ -481,15 +482,17 @@ def test_a_simulated_robot_is_driven_at_once():
 def test_the_address_for_a_phone_is_whole_where_the_terminal_is_the_owners(tmp_path):
     """With the token and as a QR code; neither a pipe nor a log gets the token of a file."""
     pytest.importorskip("fastapi", reason="needs the extra `web`")
-    pytest.importorskip("segno", reason="needs the extra `web`")
+    segno = pytest.importorskip("segno", reason="needs the extra `web`")
     token = tmp_path / "token"
     token.write_text("Kd83-hsa2-Pq")
     token.chmod(0o600)
     words = ("--sim", "web", "--bind", "0.0.0.0", "--port", "0", "--no-browser", "--token-file", str(token))
     with Terminal(*words, columns=200, rows=60) as terminal:
         text = terminal.wait_for("for programs:")
-        assert re.search(r"the page for others: http://(?!127)[^/]+:\d+/#token=Kd83-hsa2-Pq", text)
-        assert text.count("█") > 200
+        found = re.search(r"the page for others: (http://(?!127)[^/]+:\d+/#token=Kd83-hsa2-Pq)", text)
+        assert found
+        segno.make(found[1], error="l", micro=False).terminal(code := io.StringIO(), border=2, compact=True)
+        assert code.getvalue().strip("\n") in text
     process = woosh_process(*words)
     try:
         lines = [process.stdout.readline() for _ in range(3)]
