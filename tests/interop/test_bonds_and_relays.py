@@ -43,10 +43,12 @@ def test_a_bond_of_ours_is_one_of_debian_s(what: str, genpy_packages: Path) -> N
     """What one end does, the other one notices: ours beside ours, and each beside theirs."""
     ros.require((DEBIAN / "bondpy").is_dir(), "there is no python3-bondpy")
 
+    silence = "3" if what == "die" else "20"  # seconds: a busy computer holds up a heartbeat for some
+
     def ends(one: bool, other: bool) -> list[tuple[int, list[str]]]:
         found = together(
-            (["bond_end.py", "one", what], one),
-            (["bond_end.py", "other", "stay"], other),
+            (["bond_end.py", "one", what, "20"], one),
+            (["bond_end.py", "other", "stay", silence], other),
             packages=genpy_packages,
         )
         return shown(found)
@@ -59,7 +61,7 @@ def test_a_bond_of_ours_is_one_of_debian_s(what: str, genpy_packages: Path) -> N
 def test_a_bond_that_nobody_answers_breaks(genpy_packages: Path) -> None:
     ros.require((DEBIAN / "bondpy").is_dir(), "there is no python3-bondpy")
     theirs, ours = (
-        shown(together((["bond_end.py", "one", "alone"], real), packages=genpy_packages))
+        shown(together((["bond_end.py", "one", "alone", "2"], real), packages=genpy_packages))
         for real in (True, False)
     )
     assert ours == theirs

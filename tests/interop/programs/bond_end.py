@@ -1,4 +1,4 @@
-"""One end of a bond: bond_end.py NAME break|shutdown|die|stay|alone."""
+"""One end of a bond: bond_end.py NAME break|shutdown|die|stay|alone SECONDS: a sister that is silent for so long is dead."""
 
 import os
 import sys
@@ -6,11 +6,12 @@ import sys
 import rospy
 from bondpy.bondpy import Bond
 
-name, what = sys.argv[1:3]
+name, what, silence = sys.argv[1:]
 rospy.init_node("end_" + name)
 told = []
 bond = Bond("/bond", "the id", lambda: told.append("broken"), lambda: told.append("formed"))
-bond.heartbeat_timeout = 2.0
+bond.heartbeat_timeout = float(silence)
+bond.disconnect_timeout = 20.0
 bond.heartbeat_period = 0.3
 bond.connect_timeout = 1.0 if what == "alone" else 20.0
 bond.start()
