@@ -12,18 +12,18 @@ import pytest
 from tests.interop.compare import everything
 from tests.interop.compare.comparison import Answer, Case, Difference, Kind, Peer, compare, debian
 
-SECONDS = 120.0
+ROUNDS = 45
 SEED = int(os.environ.get("COMPARE_SEED", "41"))
 """The same one in every check, so that it fails for a reason; by hand each run has another."""
 
 
 @pytest.mark.slow
 def test_debians_tools_and_ours_answer_alike(genpy_packages: Path) -> None:
-    """Thousands of inputs of each kind; what differs has a reason in compare/differences.py."""
-    report = everything.run(seed=SEED, seconds=SECONDS, packages=genpy_packages)
+    """The first numbers of a seed, the same in each check; what differs has a reason in compare/differences.py."""
+    report = everything.run(seed=SEED, seconds=1000.0, rounds=ROUNDS, packages=genpy_packages)
     print(f"seed {SEED}\n{report}")
     assert not report.found, str(report)
-    assert report.rounds > 20, str(report)  # so that each kind had more than one case
+    assert report.rounds == ROUNDS, str(report)
     assert len(report.inputs) == len(everything.NAMES)
 
 

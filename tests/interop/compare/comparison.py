@@ -161,7 +161,7 @@ class Report:
     """The outcome.
 
     Attributes:
-        rounds: How often each kind had its turn.
+        rounds: How often all kinds had their turn.
         inputs: Number of cases of each kind.
         documented: How often each documented difference was met.
         found: Differences without a reason, as text.
@@ -188,12 +188,14 @@ def compare(
     seconds: float,
     enough: int = 10,
     first: int = 0,
+    rounds: int = 10**9,
 ) -> Report:
-    """Draw cases of all kinds in turn, from number `first`, until the time is over, or `enough` differences are found."""
+    """Draw cases of all kinds in turn, from number `first`, until these rounds or the time are over, or `enough`
+    differences are found.
+    """
     report = Report()
     end = time.monotonic() + seconds
-    for number in range(first, 10**9):
-        report.rounds = number - first
+    for number in range(first, first + rounds):
         for kind in kinds:
             if number % kind.every:
                 continue
@@ -212,6 +214,7 @@ def compare(
                     f"{kind.name}, seed {seed}, number {number}:\n  case   {_short(case)}\n"
                     f"  Debian {_short(theirs)}\n  ours   {_short(ours)}"
                 )
+        report.rounds += 1
     return report
 
 

@@ -50,9 +50,10 @@ def run(
     only: Sequence[str] | None = None,
     enough: int = 10,
     first: int = 0,
+    rounds: int = 10**9,
     packages: Path | None = None,
 ) -> Report:
-    """Compare until the time is over; see `compare`.
+    """Compare until the rounds or the time are over; see `compare`.
 
     Args:
         packages: Python packages of message types for Debian's ROS, made by genpy; None makes them first.
@@ -101,4 +102,6 @@ def run(
         kinds += [LiveEcho(folder, services, echo), LivePub(services, pub)]
         assert [kind.name for kind in kinds] == NAMES
         chosen = [kind for kind in kinds if not only or kind.name in only]
-        return compare(chosen, DIFFERENCES, real, seed=seed, seconds=seconds, enough=enough, first=first)
+        return compare(
+            chosen, DIFFERENCES, real, seed=seed, seconds=seconds, enough=enough, first=first, rounds=rounds
+        )
