@@ -15,6 +15,7 @@ if sys.platform == "win32":
 
 from rosproto import Master, Node
 from tests.support.extras import needs
+from tests.support.load import crowd
 from tests.support.ports import unused_port
 from tests.support.terminal import Terminal
 from tests.support.unread import ROOT, full_pipe, unread_command
@@ -54,8 +55,8 @@ def test_a_signal_stops_every_motion_although_nobody_reads(words, sim, real_time
     with unread_command("woosh", *words, "--master", sim.master_uri) as command:
         begin(command, sim, until)
         command.send_signal(signal.SIGTERM)
-        until(lambda: standing(sim), 5.0, "the stop")
-        assert command.wait(15) == 143
+        until(lambda: standing(sim), 5.0 * crowd(), "the stop")
+        assert command.wait(15 * crowd()) == 143
 
 
 @pytest.mark.promise("nobody reads what a `woosh` command prints")
@@ -65,8 +66,8 @@ def test_a_signal_stops_the_robot_whichever_output_is_full(full, number, sim, re
     with unread_command("woosh", "move", "9", "--master", sim.master_uri, full=full) as command:
         begin(command, sim, until)
         command.send_signal(number)
-        until(lambda: standing(sim), 5.0, "the stop")
-        assert command.wait(15) == CODES[number]
+        until(lambda: standing(sim), 5.0 * crowd(), "the stop")
+        assert command.wait(15 * crowd()) == CODES[number]
 
 
 @pytest.mark.slow
@@ -76,8 +77,8 @@ def test_a_time_limit_fires_whichever_output_is_full(full, sim, real_time, until
     words = ("goto", "A1", "--timeout", "1", "--master", sim.master_uri)
     with unread_command("woosh", *words, full=full) as command:
         begin(command, sim, until)
-        until(lambda: standing(sim), 8.0, "the stop")
-        assert command.wait(15) == 1
+        until(lambda: standing(sim), 8.0 * crowd(), "the stop")
+        assert command.wait(15 * crowd()) == 1
 
 
 @pytest.mark.promise("SIGQUIT (Ctrl-\\\\) or SIGHUP to a `woosh` command")
@@ -94,8 +95,8 @@ def test_a_signal_ends_a_drive_on_a_terminal_that_takes_nothing(number, sim, rea
             time.sleep(0.04)
         terminal.suspend()
         terminal.process.send_signal(number)
-        until(lambda: standing(sim), 5.0, "the stop")
-        assert terminal.process.wait(15) == CODES[number]
+        until(lambda: standing(sim), 5.0 * crowd(), "the stop")
+        assert terminal.process.wait(15 * crowd()) == CODES[number]
         assert terminal.restored
 
 
@@ -114,7 +115,7 @@ def test_a_publisher_ends_by_a_signal(number, graph, until):
     with unread_command("rosproto", *line, "--master", uri) as command:
         words.next(timeout=20.0)
         command.send_signal(number)
-        assert command.wait(15) == CODES[number]
+        assert command.wait(15 * crowd()) == CODES[number]
         until(lambda: words.connections == 0)
 
 
@@ -138,7 +139,7 @@ def test_a_server_ends_by_a_signal(number, graph, until):
     with unread_command("rosproto", "bridge", "--port", str(port), "--master", graph[0]) as command:
         until(serves, 30.0)
         command.send_signal(number)
-        assert command.wait(15) in (0, 130)
+        assert command.wait(15 * crowd()) in (0, 130)
 
 
 FAILS_LATE = """
@@ -184,4 +185,4 @@ def test_a_bag_is_played_to_its_end(graph, tmp_path):
     line = ("bag", "play", str(tmp_path / "a.bag"), "--wait-for-subscribers", "--master", uri)
     with unread_command("rosproto", *line) as command:
         assert words.next(timeout=20.0).data == "0"
-        assert command.wait(15) == 0
+        assert command.wait(15 * crowd()) == 0
