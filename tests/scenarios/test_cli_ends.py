@@ -20,6 +20,7 @@ from types import SimpleNamespace
 import pytest
 
 from rosproto import Master, Node
+from tests.support.load import crowd
 from woosh_pure import SimulatedChassis
 
 pytestmark = pytest.mark.whole
@@ -219,7 +220,7 @@ def test_a_signal_stops_the_robot_of_a_background_job(
         try:
             until(lambda: not standing(), 30.0, "the motion")
             os.kill(command, getattr(signal, f"SIG{name}"))
-            until(standing, 5.0, "the stop")
+            until(standing, 5.0 * crowd(), "the stop")
             assert script.stdout.readline() == f"code {code}\n"
         finally:
             with contextlib.suppress(ProcessLookupError):

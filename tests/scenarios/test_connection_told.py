@@ -62,7 +62,7 @@ def test_an_exception_in_the_callback_is_logged_and_it_goes_on(sim, chassis, cap
     chassis.on_connection(fail)
     until(lambda: "LookupError" in caplog.text)
     sim.fall_silent(60.0)
-    until(lambda: told == [True, False], 6.0)
+    until(lambda: told == [True, False])
 
 
 def test_in_asyncio_it_is_awaited_and_called_in_the_loop(sim) -> None:

@@ -303,7 +303,7 @@ def test_any_action_of_the_chassis_can_be_used(chassis):
 def test_the_robot_state_is_waited_for(sim, chassis, until):
     until(lambda: chassis.status.publishers)
     sim.press_emergency_stop()
-    assert chassis.wait_until(lambda s: s.robot_state is RobotState.FAULT, 5.0)
+    assert chassis.wait_until(lambda s: s.robot_state is RobotState.FAULT, 20.0)
 
 
 def test_md5sums_of_all_rows_are_those_of_the_vendors_package(full):

@@ -187,11 +187,11 @@ def test_a_reset_is_told_while_the_simulated_time_stands(sim, chassis) -> None:
         sim.speed = -1.0
     chassis.wait_until_ready(10.0)
     sim.press_emergency_stop()
-    chassis.wait_until(lambda status: status.robot_state is RobotState.FAULT, 5.0)
+    chassis.wait_until(lambda status: status.robot_state is RobotState.FAULT, 20.0)
     sim.speed = 0.0
     before = sim.world.time
     sim.reset()
-    chassis.wait_until(lambda status: status.robot_state is RobotState.IDLE, 5.0)
+    chassis.wait_until(lambda status: status.robot_state is RobotState.IDLE, 20.0)
     assert sim.world.time == before
     sim.speed = 8.0
     assert chassis.go_to(1.0, 0.0).wait(20.0)

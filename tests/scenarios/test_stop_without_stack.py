@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from tests.support.load import crowd
 from woosh_pure import Chassis
 from woosh_pure.stopping import StopReport
 
@@ -94,7 +95,7 @@ def test_stop_returns_a_report_and_the_robot_stands(sim, chassis, until, shallow
         begin(chassis, what)
         until(lambda: not sim.world.body.velocity.is_standing())
         report = tried(free, lambda: chassis.stop(timeout=1.0))
-        until(lambda: is_over(sim), 4.0, f"standing with {free} frames")
+        until(lambda: is_over(sim), 4.0 * crowd(), f"standing with {free} frames")
         assert isinstance(report, StopReport), (free, report)
         if "recursion" in str(report):  # what is not known yet is not said; it is filled in
             assert free < 25
@@ -121,7 +122,7 @@ def test_so_do_a_cancel_a_wait_and_the_end_of_a_block(sim, chassis, until, shall
         until(lambda: not sim.world.body.velocity.is_standing())
         method = getattr(begun, name)
         tried(free, lambda: method(*arguments))  # noqa: B023
-        until(lambda: is_over(sim), 4.0, f"standing with {free} frames")
+        until(lambda: is_over(sim), 4.0 * crowd(), f"standing with {free} frames")
         until(lambda: not chassis.under_way)
 
 
@@ -134,7 +135,7 @@ def test_so_does_close(sim, until, shallow, what):
         begin(chassis, what)
         until(lambda: not sim.world.body.velocity.is_standing())
         tried(free, chassis.close)
-        until(lambda: is_over(sim), 6.0, f"standing with {free} frames")
+        until(lambda: is_over(sim), 6.0 * crowd(), f"standing with {free} frames")
         chassis.close()
 
 
@@ -153,7 +154,7 @@ def test_so_does_an_awaited_stop(sim, until, shallow):
             begin(chassis, "task")
             until(lambda: not sim.world.body.velocity.is_standing())
             asyncio.run(trial(chassis, free))
-            until(lambda: is_over(sim), 6.0, f"standing with {free} frames")
+            until(lambda: is_over(sim), 6.0 * crowd(), f"standing with {free} frames")
 
 
 @pytest.mark.slow

@@ -411,7 +411,7 @@ def test_who_drives_hands_over_only_when_asked(browser: Browser, robot: Robot) -
         first.wait_for_selector("#notices >> text=asks for control.")
         drive(first, robot)  # asking takes nothing away
         first.evaluate("document.querySelector('#notices button.primary').click()")  # the mouse holds the pad
-        until(lambda: robot.speed < 0.01, first, 3.0)
+        until(lambda: robot.speed < 0.01, first, 3.0 * crowd())
         first.wait_for_selector(".drivestate.bad")
         first.mouse.up()
         second.tap(".markrow >> text=A1")
@@ -439,7 +439,7 @@ def test_a_gamepad_drives_while_its_shoulder_is_held(browser: Browser, robot: Ro
         page.wait_for_selector(".drivestate.driving")
         until(lambda: robot.speed > 0.05, page)
         page.evaluate("gamepad.buttons[5].pressed = false")
-        until(lambda: robot.speed < 0.01, page, 3.0)
+        until(lambda: robot.speed < 0.01, page, 3.0 * crowd())
         page.wait_for_selector(".drivestate >> text=Ready to drive")
 
 
@@ -451,7 +451,7 @@ def test_a_frozen_page_stops_and_resumes_nothing(browser: Browser, robot: Robot)
         life = page.context.new_cdp_session(page)
         life.send("Debugger.enable")  # a headless browser takes no note of Page.setWebLifecycleState
         life.send("Debugger.pause")
-        until(lambda: robot.speed < 0.01, other, 3.0)
+        until(lambda: robot.speed < 0.01, other, 3.0 * crowd())
         other.wait_for_timeout(700)
         life.send("Debugger.resume")
         page.wait_for_selector(".drivestate.bad")
