@@ -10,11 +10,11 @@ from tests.support.ports import unused_port
 from woosh_pure import Chassis, SimulatedChassis
 
 
-def test_a_lost_robot_is_told_and_a_found_one(sim) -> None:
+def test_a_lost_robot_is_told_and_a_found_one(sim, until) -> None:
     """Silence counts, though the link is up: so does a cable that was pulled."""
     told: queue.SimpleQueue[tuple[bool, str]] = queue.SimpleQueue()
     with Chassis(sim.master_uri) as chassis:
-        assert chassis.connected
+        until(lambda: chassis.connected)
         off = chassis.on_connection(lambda on: told.put((on, threading.current_thread().name)))
         assert told.get(timeout=5.0) == (True, "woosh:connection")
         sim.fall_silent(60.0)
