@@ -7,15 +7,19 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosError
+from rosproto.logs import get_logger
 from rosproto.sentence import say
+from rosproto.transport import Deadline
 from rosproto.watchdog import WatchedNode, watched_node_of
 
+logger = get_logger("woosh_pure.connection")
 _MAKING = 3.0  # seconds; work that a signal handler has interrupted continues only afterwards
 
 
@@ -105,6 +109,7 @@ class Connection:
 _LISTEN = 2.0  # seconds for a subscriber to connect
 _FLUSH = _ARRIVE = 0.5  # seconds
 _OWN_OVER = 8.0  # seconds for our own node to say its last words
+_READ = 0.2  # seconds for the robot to read, before the master tells it that the node is gone
 
 
 @dataclass(frozen=True)
@@ -151,24 +156,45 @@ def say_elsewhere(
                 for word in words
             ]
             for word, publisher in said:
-                try:
-                    publisher.wait_for_connection(timeout=_LISTEN)
-                    for _ in range(word.times):
-                        publisher.publish(word.message)
-                except RosError as error:
-                    problems.append(str(error))
+                _say(word, publisher)
             own_over.wait(_OWN_OVER)
-            for word, publisher in said:
-                try:
-                    for _ in range(word.times):
-                        publisher.publish(word.message)
-                    publisher.flush(_FLUSH)
-                    if publisher.wait_arrived(_ARRIVE) is False:
-                        problems.append(
-                            say("{topic}: the robot has not acknowledged it yet", topic=word.topic)
-                        )
-                except RosError as error:
-                    problems.append(str(error))
+            problems = [problem for word, publisher in said if (problem := _say(word, publisher))]
+            time.sleep(_READ)
     except (RosError, OSError, RuntimeError) as error:
         problems.append(str(error))
     return problems
+
+
+def _say(word: FinalMessage, publisher: rosproto.Publisher) -> str:
+    """Send a message until it has arrived, for a bounded time; return a sentence if it has not.
+
+    The link may be lost and made again meanwhile: lists of publishers from the master may come in any order.
+    """
+    deadline = Deadline(_LISTEN)
+    while True:
+        try:
+            publisher.wait_for_connection(timeout=deadline.remaining() or 0.0)
+            for _ in range(word.times):
+                publisher.publish(word.message)
+        except RosError as error:
+            return str(error)
+        if has_arrived(publisher) is not False:
+            return ""
+        if deadline.expired:
+            return say("{topic}: the robot has not acknowledged it yet", topic=word.topic)
+
+
+def has_arrived(publisher: rosproto.Publisher) -> bool | None:
+    """Wait until sent messages have arrived on the robot; None where the system does not report that.
+
+    Called before the publisher is unregistered: the robot then ends the link and reads no more, and zeros
+    that a lossy network retransmits would be too late.
+    """
+    try:
+        publisher.flush(_FLUSH)
+        arrived = publisher.wait_arrived(_ARRIVE)
+        links = publisher.stats()  # a link that was closed meanwhile has delivered nothing
+        return arrived if links and all(link.connected for link in links) else False
+    except RosError as error:
+        logger.debug("! %s: not flushed: %s", publisher.topic, error)
+        return False

@@ -16,15 +16,13 @@ from rosproto.codec import encode
 from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.watchdog import ROUNDS
-from woosh_pure.connection.connection import Connection, FinalMessage
+from woosh_pure.connection.connection import Connection, FinalMessage, has_arrived
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row
 from woosh_pure.values.messages import message_type, twist
 
 VELOCITY_TOPICS = {"smooth": "/smooth_cmd_vel", "direct": "/base_cmd_vel"}
 logger = get_logger("woosh_pure.velocity")
-_FLUSH = 0.5  # seconds
-_ARRIVE = 0.5  # seconds
 
 
 class VelocityTopics:
@@ -141,7 +139,7 @@ class VelocityTopics:
             self._zero_is_there(topic)
 
     def _has_arrived(self, publisher: rosproto.Publisher) -> bool:
-        arrived = _flush(publisher)
+        arrived = has_arrived(publisher)
         if arrived is not None:
             return arrived
         # If the system does not report arrival (Windows, macOS): the robot is heard after one was sent.
@@ -196,30 +194,14 @@ class VelocityTopics:
         Never raises.
         """
         publisher = self._publishers.get(topic)
-        if publisher is not None and not publisher.closed and _flush(publisher) is False:
+        if publisher is not None and not publisher.closed and has_arrived(publisher) is False:
             self.zero_is_due(topic)
             logger.warning("! %s: the robot has not acknowledged the zeros yet; they are repeated", topic)
 
 
-def _flush(publisher: rosproto.Publisher) -> bool | None:
-    """Wait until sent messages have arrived on the robot; None where the system does not report that.
-
-    Called before the publisher is unregistered: the robot then ends the link and reads no more, and zeros
-    that a lossy network retransmits would be too late.
-    """
-    try:
-        publisher.flush(_FLUSH)
-        arrived = publisher.wait_arrived(_ARRIVE)
-        links = publisher.stats()  # a link that was closed meanwhile has delivered nothing
-        return arrived if links and all(link.connected for link in links) else False
-    except RosError as error:
-        logger.debug("! %s: not flushed: %s", publisher.topic, error)
-        return False
-
-
 def _close(publisher: rosproto.Publisher) -> None:
     if not publisher.closed:
-        _flush(publisher)
+        has_arrived(publisher)
     try:
         publisher.close()
     except RosError as error:
