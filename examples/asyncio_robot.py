@@ -24,8 +24,8 @@ async def main(connected: Chassis) -> None:
 
         # With a handle: leaving the block cancels what still runs.
         async with chassis.go_to(0.0, 0.0) as handle:
-            async for progress in handle.reports():
-                print("  on its way:", progress.pose)
+            async for _ in handle.reports():
+                print("  on its way:", handle.progress)
                 break
         print(handle.outcome)
 

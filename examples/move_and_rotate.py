@@ -13,5 +13,6 @@ with robot() as chassis:
     square = [Step.straight(0.4), Step.turn(math.pi / 2, speed=0.8)] * 4
     handle = chassis.steps(square)
     for report in handle.reports():
-        print(f"  step {report.index + 1} of {len(square)}: {report.mode} {report.percent:.0f} %")
+        step = len(square) - len(handle.remaining()) + 1
+        print(f"  step {step} of {len(square)}: {report.percent:.0f} %; all: {handle.progress.sentence()}")
     print(handle.wait().sentence())

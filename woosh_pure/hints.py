@@ -47,7 +47,7 @@ done: is_done finished is_finished completed is_active running is_running
 cancel(): stop abort preempt cancel_goal
 wait(timeout): join wait_for_result wait_until_done get
 on_done(callback): add_done_callback then done_callback on_finish on_complete
-progress: feedback get_progress eta remaining metres_left percent
+progress: feedback get_progress eta remaining metres_left percent progress_line
 """
 OUTCOME = """
 arrived: success succeeded ok done

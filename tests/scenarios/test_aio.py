@@ -136,7 +136,7 @@ async def test_progress_ends_with_the_goal(sim):
             seen.append(report.percent)
         assert seen == sorted(seen)
         assert (await handle).arrived
-        assert handle.percent == 100.0
+        assert handle.progress.percent == 100.0
         assert called
 
 

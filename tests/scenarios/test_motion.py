@@ -74,11 +74,11 @@ def test_move_and_rotate(sim, chassis):
 def test_several_steps_as_one_goal(sim, chassis):
     steps = [Step.straight(0.4), Step.turn(math.pi / 2, 1.0), Step.straight(0.2)]
     handle = chassis.steps(steps)
-    indices = [report.index for report in handle.reports()]
+    indices = [len(steps) - len(handle.remaining()) for _ in handle.reports()]
     handle.wait()
     assert sim.pose.distance_to(Pose2D(0.4, 0.2)) < 0.02
     assert indices == sorted(indices)
-    assert handle.percent == 100.0
+    assert handle.progress.percent == 100.0
 
 
 def test_pause_and_resume_of_steps_send_what_remains(sim, real_time, chassis, until):

@@ -59,7 +59,7 @@ def omni(omnidirectional):
 def test_all_four_kinds_as_one_goal_on_an_omnidirectional_base(omni):
     with Chassis(omni.master_uri) as chassis:
         handle = chassis.steps(ALL)
-        seen = [report.index for report in handle.reports()]
+        seen = [len(ALL) - len(handle.remaining()) for _ in handle.reports()]
         handle.wait()
     target = end_of(ALL)
     assert omni.pose.distance_to(target) < 0.02
@@ -91,13 +91,13 @@ def test_pausing_in_each_kind_of_step_and_resuming_what_remains(omni, until, mon
     hold_in_step(monkeypatch, omni.world, paused_in)
     with Chassis(omni.master_uri) as chassis:
         handle = chassis.steps(ALL)
-        until(lambda: handle.latest_report and handle.latest_report.index == paused_in, 20.0)
+        until(lambda: handle.latest_report and len(handle.remaining()) == len(ALL) - paused_in, 20.0)
         handle.pause()
-        before = handle.percent
+        before = handle.progress.percent
         chassis.measured_velocity.wait_for(Velocity.is_standing, 5.0)
         assert not handle.done
         handle.resume()
-        seen = [(report.index, handle.percent) for report in handle.reports()]
+        seen = [(len(ALL) - len(handle.remaining()), handle.progress.percent) for _ in handle.reports()]
         handle.wait(30.0)
     assert omni.pose.distance_to(end_of(ALL)) < 0.03
     assert [index for index, _ in seen] == sorted(index for index, _ in seen)
@@ -198,9 +198,9 @@ def test_feedback_of_a_part_before_the_pause_counts_for_that_part_only(sim, chas
     handle.pause()
     handle.resume()
     late = message_type("woosh_msgs/StepControlFeedback")(feedback=1, executeMode=1, percent=60.0)
-    before = handle.percent
+    before = handle.progress.percent
     on_feedback(first, late)
-    kept.append(handle.percent)
+    kept.append(handle.progress.percent)
     assert kept[0] - before < 10.0
     assert handle.wait(30.0).arrived
     assert abs(sim.pose.x - 1.0) < 0.03

@@ -158,7 +158,7 @@ def test_stop_over_any_line_of_a_goal(sim, chassis, until, name, verb):
 
     def call(handle: Any) -> Callable[[], object]:
         return {
-            "done": lambda: (handle.done, handle.latest_report, repr(handle), handle.progress_line()),
+            "done": lambda: (handle.done, handle.latest_report, repr(handle), str(handle.progress)),
             "wait": lambda: handle.wait(0.0, raises=False),
             "progress": lambda: next(handle.reports(), None),
             "readiness": chassis.readiness,

@@ -61,10 +61,6 @@ class GoalHandle(Hints, Generic[P]):
     latest_report = SameProperty[P | None](motion.GoalHandle.latest_report, "handle")
     latest_progress = former_attribute("latest_progress", "latest_report")
 
-    async def progress_line(self) -> str:
-        """The newest progress in words, "" before the first."""
-        return await self._calls.call(self.handle.progress_line)
-
     def on_progress(self, callback: Callable[[Progress], object]) -> None:
         """Call `callback(progress)` for each report of the chassis, in this loop."""
         loop = asyncio.get_running_loop()
@@ -207,8 +203,6 @@ class StepHandle(ActionHandle):
     """A goal of /cmd_vel_control under way."""
 
     handle: action_goal.StepHandle
-
-    percent = SameProperty[float](action_goal.StepHandle.percent, "handle")
 
     def remaining(self) -> tuple[Step, ...]:
         """The remaining steps, by the last report."""

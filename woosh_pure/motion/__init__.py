@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from woosh_pure.motion.action_goal import (
-    ActionHandle,
-    NavigationHandle,
-    NavigationProgress,
-    StepHandle,
-    StepProgress,
-)
+from woosh_pure.motion.action_goal import ActionHandle, NavigationHandle, StepHandle
 from woosh_pure.motion.motion import GoalHandle
 from woosh_pure.motion.progress import Progress
 from woosh_pure.motion.steps import Step
@@ -18,10 +12,8 @@ __all__ = [
     "ActionHandle",
     "GoalHandle",
     "NavigationHandle",
-    "NavigationProgress",
     "Progress",
     "Step",
     "StepHandle",
-    "StepProgress",
     "TaskHandle",
 ]

@@ -7,7 +7,6 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -30,7 +29,7 @@ from woosh_pure.motion.motion import GoalHandle, Motion
 from woosh_pure.motion.progress import PlannedWay
 from woosh_pure.motion.steps import Step, check_steps, locate_step
 from woosh_pure.outcome import OutcomeKind
-from woosh_pure.values.messages import message_type, pose_of, require_finite, stamped_pose
+from woosh_pure.values.messages import message_type, require_finite, stamped_pose
 
 logger = get_logger("woosh_pure.goal")
 
@@ -45,7 +44,7 @@ _NOT_BEGUN = (
 
 
 class ActionMotion(Motion[Any]):
-    """A goal of any action server; progress is the feedback message.
+    """A goal of any action server; its reports are the feedback messages.
 
     Attributes:
         result: The result message, None before the end.
@@ -117,10 +116,7 @@ class ActionMotion(Motion[Any]):
         return None if self._goal is None else self._goal.result
 
     def _on_feedback(self, goal: SentGoal, feedback: DynamicMessage) -> None:
-        self._advance(self._progress_of(feedback))
-
-    def _progress_of(self, feedback: DynamicMessage) -> Any:
-        return feedback
+        self._advance(feedback)
 
     def _on_transition(self, *arguments: object) -> None:
         self.check()
@@ -218,7 +214,7 @@ class ActionMotion(Motion[Any]):
 
 
 class ActionHandle(GoalHandle[Any]):
-    """A goal of any action server; progress is the feedback message."""
+    """A goal of any action server; its reports are the feedback messages."""
 
     _motion: ActionMotion
 
@@ -228,34 +224,8 @@ class ActionHandle(GoalHandle[Any]):
         return self._motion.result
 
 
-@dataclass(frozen=True, slots=True)
-class NavigationProgress:
-    """Progress of a navigation.
-
-    Attributes:
-        pose: In the frame given by the chassis.
-        state: Its nav_state; the numbers are not documented.
-    """
-
-    pose: Pose2D
-    state: int
-
-
-class NavigationMotion(ActionMotion):
-    """A goal of /move_base."""
-
-    def _progress_of(self, feedback: DynamicMessage) -> NavigationProgress:
-        stamped = feedback.base_position
-        return NavigationProgress(
-            pose_of(stamped.pose, stamped.header.frame_id or "map"), int(feedback.nav_state)
-        )
-
-
 class NavigationHandle(ActionHandle):
     """A goal of /move_base under way."""
-
-    def _describe(self, progress: NavigationProgress) -> str:
-        return say("at {where}", where=progress.pose)
 
 
 def start_navigation(
@@ -276,7 +246,7 @@ def start_navigation(
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
-    motion = NavigationMotion(
+    motion = ActionMotion(
         components, "/move_base", say("navigation to {where}", where=path[-1]), drives=True
     )
     motion.way = PlannedWay(components.feeds)
@@ -309,21 +279,6 @@ def start_action(
     return handle
 
 
-@dataclass(frozen=True, slots=True)
-class StepProgress:
-    """Progress of a step goal.
-
-    Attributes:
-        mode: Kind of the step under way.
-        percent: Done part of that step, %.
-        index: Number of that step in the goal, from 0; derived from the order of the reports.
-    """
-
-    mode: StepMode
-    percent: float
-    index: int
-
-
 class _Part:
     """What one goal of a step move has to do: the whole move, or what remained of it after a pause.
 
@@ -331,19 +286,18 @@ class _Part:
 
     Attributes:
         steps: Its steps.
-        first: Index of the first of them in the whole move.
         done_before: Percent of the whole that was done before it.
         place: Index and percent of the step under way; one value, so that no lock is needed.
         goal_id: The id of its goal.
     """
 
-    def __init__(self, steps: tuple[Step, ...], first: int = 0, done_before: float = 0.0) -> None:
-        self.steps, self.first, self.done_before = steps, first, done_before
+    def __init__(self, steps: tuple[Step, ...], done_before: float = 0.0) -> None:
+        self.steps, self.done_before = steps, done_before
         self.place = (0, 0.0)
         self.goal_id = ""
 
     def overall(self) -> float:
-        """Percent of the whole move that is done."""
+        """Percent of the whole move that is done, with equal weight for each step."""
         index, percent = self.place
         share = (index * 100.0 + percent) / len(self.steps)
         return self.done_before + (100.0 - self.done_before) * share / 100.0
@@ -352,21 +306,16 @@ class _Part:
         """The part that remains of it."""
         index, percent = self.place
         steps = (self.steps[index].rest(percent), *self.steps[index + 1 :])
-        return _Part(steps, self.first + index, self.overall())
+        return _Part(steps, self.overall())
 
 
 class StepMotion(ActionMotion):
-    """A goal of /cmd_vel_control, or several: after a pause, what remains is sent as another one.
-
-    Attributes:
-        count: Number of steps of the whole move.
-    """
+    """A goal of /cmd_vel_control, or several: after a pause, what remains is sent as another one."""
 
     def __init__(self, components: Components, steps: tuple[Step, ...], avoid: bool) -> None:
         super().__init__(components, "/cmd_vel_control", _in_a_row(steps))
         components.feeds.get("pose").open()
         self._part = _Part(steps)
-        self.count = len(steps)
         self._avoid = avoid
         # The goal that a pause of ours ends on the server. It is noted before the pause is sent, so whoever
         # sees that end sees this as well.
@@ -382,15 +331,9 @@ class StepMotion(ActionMotion):
     def drives(self) -> bool:
         return not self._paused
 
-    @property
-    def percent(self) -> float:
-        """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
-        reported = self.reported
-        return 100.0 if reported is not None and reported.arrived else self._part.overall()
-
     def _come(self, here: Pose2D | None) -> tuple[float, float]:
         left = (abs(step.data) for step in self.remaining() if step.mode is not StepMode.ROTATE)
-        return self.percent, sum(left)
+        return self._part.overall(), sum(left)
 
     def _new_goal_id(self, client: rosproto.ActionClient) -> str:
         self._part.goal_id = super()._new_goal_id(client)
@@ -402,7 +345,7 @@ class StepMotion(ActionMotion):
             return  # of the part before a pause
         mode, percent = StepMode(feedback.executeMode), float(feedback.percent)
         part.place = locate_step(part.steps, *part.place, mode, percent)
-        self._advance(StepProgress(mode, percent, part.first + part.place[0]))
+        self._advance(feedback)
 
     def remaining(self) -> tuple[Step, ...]:
         """The remaining steps, by the last report."""
@@ -507,20 +450,6 @@ class StepHandle(ActionHandle):
     """A goal of /cmd_vel_control under way."""
 
     _motion: StepMotion
-
-    @property
-    def percent(self) -> float:
-        """Done part of the whole goal, %, with equal weight for each step; continues across a pause."""
-        return self._motion.percent
-
-    def _describe(self, progress: StepProgress) -> str:
-        return say(
-            "step {index} of {count}, {mode}: {percent:.0f} %",
-            index=progress.index + 1,
-            count=self._motion.count,
-            mode=progress.mode,
-            percent=progress.percent,
-        )
 
     def remaining(self) -> tuple[Step, ...]:
         """The remaining steps, by the last report."""

@@ -561,7 +561,7 @@ class GoalHandle(Hints, Generic[P]):
 
     @property
     def progress(self) -> Progress:
-        """How far it has come: percent, metres left, seconds and pose. Never waits."""
+        """How far it has come: percent, metres left, seconds and pose; `str()` is a line. Never waits."""
         return self._motion.progress
 
     @property
@@ -570,14 +570,6 @@ class GoalHandle(Hints, Generic[P]):
         return self._motion.newest
 
     latest_progress = former_attribute("latest_progress", "latest_report")
-
-    def progress_line(self) -> str:
-        """The newest progress in words, "" before the first."""
-        newest = self.latest_report
-        return "" if newest is None else self._describe(newest)
-
-    def _describe(self, progress: P) -> str:
-        return str(progress)
 
     def on_progress(self, callback: Callable[[Progress], object]) -> None:
         """Call `callback(progress)` for each report of the chassis, in a thread of the library."""

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 from rosproto.codec import DynamicMessage
+from rosproto.sentence import say
 from woosh_pure.feed.feed import Feeds
 from woosh_pure.geometry import Pose2D
+from woosh_pure.language import Spoken
 from woosh_pure.values.messages import pose_of
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
-    """How far a goal has come; None for what is not known.
+class Progress(Spoken):
+    """How far a goal has come; None for what is not known. `str()` is a line for people.
 
     Attributes:
         percent: Done part, %: of the way, or of the steps with equal weight for each.
@@ -28,6 +31,21 @@ class Progress:
     metres_left: float | None
     seconds: float
     pose: Pose2D | None
+
+    def __str__(self) -> str:
+        parts = [say("{seconds:.0f} s", seconds=self.seconds)]
+        if (done := self.percent) is not None:
+            way = say("{percent:.0f} %", percent=done)
+            if self.metres_left:
+                way = say("{text}, {metres:.1f} m left", text=way, metres=self.metres_left)
+            if 2.0 < done < 100.0:  # the rest takes as long as the part that is done
+                rest = self.seconds * (100.0 - done) / done
+                way = say("{text}, about {seconds:.0f} s", text=way, seconds=rest)
+            parts.append(way)
+        if (here := self.pose) is not None:
+            where = say("x {x:.2f} m, y {y:.2f} m, {yaw:.0f}°", x=here.x, y=here.y, yaw=here.yaw_degrees)
+            parts.append(say("at {where}", where=where))
+        return functools.reduce(lambda a, b: say("{first}   {second}", first=a, second=b), parts)
 
 
 class PlannedWay:

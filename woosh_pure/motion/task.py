@@ -16,7 +16,7 @@ from rosproto.coercion import whole
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node import PreparedCall
-from rosproto.sentence import both, say
+from rosproto.sentence import say
 from woosh_pure.components import Components
 from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType
 from woosh_pure.errors import MotionRefused
@@ -407,11 +407,6 @@ class TaskHandle(GoalHandle[RobotStatus]):
     def interrupt_wait(self) -> None:
         """End the wait the task is in (task state 5)."""
         self._motion.command(TaskCommand.INTERRUPT_WAIT)
-
-    def _describe(self, progress: RobotStatus) -> str:
-        pose = self._motion.components.feeds.get("pose").latest
-        text = say("{state}, {action}", state=progress.task_state, action=progress.action_type)
-        return both(text, say("at {where}", where=pose)) if pose else text
 
 
 class TaskOptions(TypedDict, total=False):

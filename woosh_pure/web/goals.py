@@ -159,7 +159,7 @@ class Goal:
         what: What was requested.
         who: The name of the client that requested it.
         handle: The library's handle of the goal.
-        begun: When it was started, s since 1970, for people; `seconds` are by the monotonic clock.
+        begun: When it was started, s since 1970, for people.
         entry: The number of its entry in the journal.
         outcome: How it ended; None while it runs.
         error: Why the outcome is unknown; "" otherwise.
@@ -183,7 +183,6 @@ class Goal:
     target: Mapping[str, float] | None = None
     reasons: tuple[dict[str, object], ...] = ()
     said: dict[str, str] | None = None
-    begun_monotonic: float = field(default_factory=time.monotonic)
     ended: threading.Event = field(default_factory=threading.Event)
 
     @property
@@ -206,15 +205,13 @@ class Goal:
             "state": self._state(),
             "done": self.done,
             "arrived": None if outcome is None else outcome.arrived,
-            "progress": printable(self.handle.progress_line()) if outcome is None else "",
+            "progress": printable(str(progress)) if outcome is None else "",
             "percent": _rounded(progress.percent),
             "metres_left": _rounded(progress.metres_left),
             "pose": None if progress.pose is None else pose_part(progress.pose),
             "stands_still": None if outcome is None else outcome.stopped,
             "text": self.error if outcome is None else for_clients(str(outcome)),
-            "seconds": round(
-                time.monotonic() - self.begun_monotonic if outcome is None else outcome.seconds, 2
-            ),
+            "seconds": round(progress.seconds, 2),
             "can_pause": not self.done and hasattr(self.handle, "pause"),
             "start": self.start,
             "target": self.target,

@@ -19,7 +19,7 @@ from woosh_pure.cli.arguments import (
     word_of,
 )
 from woosh_pure.cli.connection import connect
-from woosh_pure.cli.follow_goal import DriveLine, follow, report
+from woosh_pure.cli.follow_goal import follow, report
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import Direction, TaskCommand, TaskType
 from woosh_pure.errors import ChassisError
@@ -46,14 +46,13 @@ def run_goto(args: Namespace, out: Output) -> int:
         raise ValueError("give a mark or --pose X Y DEGREES, and not both")
     target = pose_of(args.pose) if args.pose else _place(args, out)
     with connect(args, out) as chassis:
-        line = DriveLine(chassis, target)
         where = target if args.mark is None else say("mark {name}", name=args.mark)
         if target is None:
             with marks_named(args):
                 handle = chassis.go_to_mark(args.mark)
         else:
             handle = chassis.go_to(target.x, target.y, target.yaw)  # type: ignore[assignment]
-        outcome = follow(handle, out, say("going to {where}", where=where), args.timeout, line)
+        outcome = follow(handle, out, say("going to {where}", where=where), args.timeout)
         here = chassis.pose.latest
         out.line("now at {where}", where=here or say("a pose that was not heard"))
         return report(outcome, out, pose=here)
@@ -138,7 +137,6 @@ def run_task(args: Namespace, out: Output) -> int:
     if args.verb == "carry":
         direction = Direction.LOAD if args.load else Direction.UNLOAD
     with connect(args, out) as chassis:
-        line = DriveLine(chassis, pose_of(args.pose[-1]) if args.pose else None)
         with marks_named(args):
             handle = chassis.task(
                 TaskType[word_of(args.verb)],
@@ -151,7 +149,7 @@ def run_task(args: Namespace, out: Output) -> int:
             )
         where = args.mark or pose_of(args.pose[-1])
         text = say("{verb} {where} (task {id})", verb=say(args.verb), where=where, id=handle.task_id)
-        outcome = follow(handle, out, text, args.timeout, line)
+        outcome = follow(handle, out, text, args.timeout)
         return report(outcome, out, task_id=handle.task_id)
 
 
@@ -186,10 +184,9 @@ def run_charge(args: Namespace, out: Output) -> int:
     if args.mark is None:
         raise ValueError(mark_missing(args, "give the mark of a charger"))
     with connect(args, out) as chassis:
-        line = DriveLine(chassis)
         with marks_named(args):
             handle = chassis.charge(args.mark, timeout=args.timeout)
-        outcome = follow(handle, out, say("going to charge at {mark}", mark=args.mark), args.timeout, line)
+        outcome = follow(handle, out, say("going to charge at {mark}", mark=args.mark), args.timeout)
         battery = _charging_battery(chassis)
         if battery is not None:
             out.line("battery {percent} %, {charge}", percent=battery.percent, charge=battery.charge_status)
@@ -218,13 +215,10 @@ def run_move(args: Namespace, out: Output) -> int:
 
     check_steps([Step.straight(args.metres)])  # before a master is asked
     with connect(args, out) as chassis:
-        line = DriveLine(chassis)
         verb = chassis.strafe if args.left else chassis.move
         handle = verb(args.metres, speed=args.speed, avoid=not args.no_avoid)
-        outcome = follow(
-            handle, out, say("moving {metres:g} m", metres=args.metres), handle.default_timeout, line
-        )
-        return report(outcome, out)
+        text = say("moving {metres:g} m", metres=args.metres)
+        return report(follow(handle, out, text, handle.default_timeout), out)
 
 
 def add_rotate(parser: ArgumentParser) -> None:
@@ -243,7 +237,6 @@ def run_rotate(args: Namespace, out: Output) -> int:
             )
         )
     with connect(args, out) as chassis:
-        line = DriveLine(chassis)
         handle = chassis.rotate(
             args.degrees,
             degrees=True,
@@ -251,10 +244,8 @@ def run_rotate(args: Namespace, out: Output) -> int:
             several_turns=True,
             avoid=not args.no_avoid,
         )
-        outcome = follow(
-            handle, out, say("turning {degrees:g}°", degrees=args.degrees), handle.default_timeout, line
-        )
-        return report(outcome, out)
+        text = say("turning {degrees:g}°", degrees=args.degrees)
+        return report(follow(handle, out, text, handle.default_timeout), out)
 
 
 def add_stop(parser: ArgumentParser) -> None:

@@ -23,7 +23,7 @@ from rosproto.sentence import both, say, sentence_of
 from rosproto.version import __version__
 from woosh_pure.cli.arguments import enum_words
 from woosh_pure.cli.connection import address_of, connect, names
-from woosh_pure.cli.follow_goal import DriveLine, follow
+from woosh_pure.cli.follow_goal import follow
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import LedState
 from woosh_pure.maps.marks import MarkFile, mark_file
@@ -61,24 +61,21 @@ def run_demo(args: Namespace, out: Output) -> int:
         battery = say("the battery has {percent} %", percent=chassis.battery.wait().percent)
         out.line("it is at {pose}; {battery}", pose=start, battery=battery)
 
-        line = DriveLine(chassis)
-        follow(chassis.move(0.5, speed=0.3), out, "it moves 0.5 m forward", 20.0, line)
+        follow(chassis.move(0.5, speed=0.3), out, "it moves 0.5 m forward", 20.0)
         chassis.measured_velocity.wait_for(lambda v: v.is_standing())
         moved = chassis.pose.wait()
         way = start.distance_to(moved)
         out.line(" ", say("asked for 0.500 m, measured {way:.3f} m", way=way))
 
-        line = DriveLine(chassis)
-        follow(chassis.rotate(90, degrees=True, speed=0.8), out, "it turns 90° to the left", 20.0, line)
+        follow(chassis.rotate(90, degrees=True, speed=0.8), out, "it turns 90° to the left", 20.0)
         chassis.measured_velocity.wait_for(lambda v: v.is_standing())
         turned = chassis.pose.wait()
         angle = math.degrees(moved.angle_to(turned))
         out.line(" ", say("asked for 90.0°, measured {angle:.1f}°", angle=angle))
 
         target = marks[args.mark].pose
-        line = DriveLine(chassis, target)
         handle = chassis.go_to_mark(args.mark)
-        follow(handle, out, say("it drives to mark {mark}", mark=args.mark), 60.0, line)
+        follow(handle, out, say("it drives to mark {mark}", mark=args.mark), 60.0)
         end = chassis.pose.wait()
         off, off_angle = end.distance_to(target), math.degrees(end.angle_to(target))
         out.line(
