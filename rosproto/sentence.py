@@ -11,13 +11,13 @@ translated. `both` and `led` keep it translatable.
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import Enum
 from string import Formatter
 
-from rosproto.text import printable
+from rosproto.text import near_names, printable
 
-__all__ = ["Sentence", "advice", "both", "led", "say", "sentence_of", "shown"]
+__all__ = ["Sentence", "advice", "both", "hint", "led", "say", "sentence_of", "shown"]
 
 
 class Sentence(str):
@@ -132,6 +132,13 @@ def led(head: str, tail: str) -> Sentence:
     if isinstance(head, Sentence):
         return say("{head}: {tail}", head=head, tail=say(tail))
     return say("{place}: {tail}", place=head, tail=say(tail))
+
+
+def hint(word: str, names: Iterable[str], cutoff: float = 0.72) -> list[Sentence]:
+    """`did you mean /odom or /odom_raw?`, for `both`; empty when no name is near, see `near_names`."""
+    found = near_names(word, names, cutoff=cutoff)
+    either = functools.reduce(lambda a, b: say("{first} or {second}", first=a, second=b), found or [""])
+    return [say("did you mean {names}?", names=either)] if found else []
 
 
 def sentence_of(error: BaseException) -> str:

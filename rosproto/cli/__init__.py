@@ -67,7 +67,7 @@ from rosproto.cli.options import (
     whole_from,
 )
 from rosproto.cli.output import Output
-from rosproto.cli.parser import Parser, WrongUse, give_examples, hint, near
+from rosproto.cli.parser import Parser, WrongUse, give_examples, near
 from rosproto.cli.process import Task, exit_codes_line, run_command, words_of
 from rosproto.cli.signals import interrupt_on_signals, signals_ignored
 
@@ -104,7 +104,6 @@ __all__ = [
     "folder_exists",
     "follow_recording",
     "give_examples",
-    "hint",
     "host",
     "interrupt_on_signals",
     "is_terminal",

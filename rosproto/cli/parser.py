@@ -6,11 +6,11 @@ import argparse
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import partial, reduce
+from functools import partial
 from typing import Any, NoReturn, cast
 
-from rosproto.sentence import Sentence, both, say
-from rosproto.text import near_names, wrapped
+from rosproto.sentence import Sentence, both, hint, say
+from rosproto.text import wrapped
 
 WRONG_USE = 2
 
@@ -233,13 +233,6 @@ def _noun(action: argparse.Action) -> Sentence:
 def near(word: str, names: Iterable[str]) -> str:
     """`; did you mean /odom or /odom_raw?`, "" when no name is near."""
     return "".join(f"; {hint}" for hint in hint(word, names))
-
-
-def hint(word: str, names: Iterable[str], cutoff: float = 0.72) -> list[Sentence]:
-    """As `near`, for `both`; `cutoff` as in `near_names`."""
-    found = near_names(word, names, cutoff=cutoff)
-    either = reduce(lambda a, b: say("{first} or {second}", first=a, second=b), found) if found else ""
-    return [say("did you mean {names}?", names=either)] if found else []
 
 
 def synopsis(command: str, parser: Parser, known: Iterable[str] = ("-h", "--help")) -> str:

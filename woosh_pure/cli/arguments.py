@@ -5,14 +5,13 @@ from __future__ import annotations
 import argparse
 import math
 from argparse import ArgumentParser
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosproto.cli import counted, degrees, folder_exists, hint, metres, positive, to_float
+from rosproto.cli import counted, degrees, folder_exists, metres, positive, to_float
 from rosproto.files import write_file
-from rosproto.sentence import Sentence, both, say, sentence_of
+from rosproto.sentence import Sentence, say
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D, normalize_angle
 
@@ -110,13 +109,13 @@ def simulated_marks(args: argparse.Namespace) -> dict[str, UserMark]:
     from rosproto.transport import HostNames
     from woosh_pure.cli.connection import chosen, names
     from woosh_pure.connection.arguments import master_uri_of
-    from woosh_pure.maps.marks import SIMULATED_MARKS, marks_of
+    from woosh_pure.maps.marks import reported_marks
 
     try:
         uri, hosts = master_uri_of(chosen(args)[0]), HostNames(names(args))
         with MasterClient(uri, "/woosh_marks", timeout=1.0, hosts=hosts) as master:
-            return marks_of(str(master.get_param(SIMULATED_MARKS)))
-    except (RosError, ValueError):  # no address, nobody there, or a real robot: the caller finds out
+            return reported_marks(master.get_param)
+    except (RosError, ValueError):  # no address, or nobody there: the caller finds out
         return {}
 
 
@@ -126,34 +125,16 @@ def marks_here(args: argparse.Namespace) -> dict[str, UserMark]:
     Raises:
         OSError, ValueError: The user's list cannot be read.
     """
-    from woosh_pure.maps.marks import MarkFile, mark_file
+    from woosh_pure.maps.marks import own_marks
 
-    own = {} if args.sim else {mark.name: mark for mark in MarkFile(mark_file())}
-    return {**simulated_marks(args), **own}
+    return {**simulated_marks(args), **({} if args.sim else own_marks())}
 
 
 def mark_missing(args: argparse.Namespace, wanted: str, given: str = "") -> Sentence:
     """Return the error of a missing mark: the expected arguments, and the known marks, near ones first."""
-    from woosh_pure.maps.marks import NEAR_MARK
+    from woosh_pure.maps.marks import with_marks
 
-    names = sorted(marks_here(args))
-    if names:
-        near = [] if given in names else hint(given, names, NEAR_MARK)
-        return both(wanted, *near, say("marks: {names}", names=names))
-    return both(wanted, "your list has no marks yet: `woosh marks add NAME` keeps where the robot is")
-
-
-@contextmanager
-def marks_named(args: argparse.Namespace) -> Iterator[None]:
-    """Within the block, a chassis that refuses a task to an unknown mark is answered with the known marks."""
-    from woosh_pure.errors import MotionRefused
-
-    try:
-        yield
-    except MotionRefused as error:
-        if not error.robot_text or not args.mark or args.mark in marks_here(args):
-            raise
-        raise MotionRefused(mark_missing(args, sentence_of(error), args.mark)) from error
+    return with_marks(wanted, marks_here(args), given)
 
 
 def add_mark_options(parser: ArgumentParser) -> None:

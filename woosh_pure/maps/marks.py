@@ -7,13 +7,14 @@ frame. `"charger": true` is a charger, `"on_chassis": false` a place that is not
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from rosproto.errors import RosError
 from rosproto.files import read_text, save_file
 from rosproto.profile import directory
-from rosproto.sentence import say
+from rosproto.sentence import Sentence, both, hint, say
 from rosproto.text import near_names
 from woosh_pure.geometry import Pose2D
 
@@ -173,6 +174,32 @@ class MarkFile:
 def marks_of(text: str) -> dict[str, UserMark]:
     """Return the marks of a mark file's text, by name; an invalid text raises one of many errors."""
     return {name: _mark(name, entry) for name, entry in json.loads(text).items()}
+
+
+def own_marks() -> dict[str, UserMark]:
+    """Return the marks of the user's list, by name.
+
+    Raises:
+        OSError, ValueError: It cannot be read.
+    """
+    return {mark.name: mark for mark in MarkFile(mark_file())}
+
+
+def reported_marks(parameter: Callable[[str], object]) -> dict[str, UserMark]:
+    """Return the marks of a simulated chassis, by name; none of a real one. `parameter` gets a parameter."""
+    try:
+        return marks_of(str(parameter(SIMULATED_MARKS)))
+    except (RosError, ValueError):
+        return {}
+
+
+def with_marks(wrong: str, known: Mapping[str, UserMark], given: str = "") -> Sentence:
+    """Return the error of a mark that is missing or unknown with the known marks, near ones first."""
+    names = sorted(known)
+    if not names:
+        return both(wrong, "your list has no marks yet: `woosh marks add NAME` keeps where the robot is")
+    near = [] if given in names else hint(given, names, NEAR_MARK)
+    return both(wrong, *near, say("marks: {names}", names=names))
 
 
 def text_of(marks: Iterable[UserMark]) -> str:

@@ -246,9 +246,7 @@ def start_navigation(
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
-    motion = ActionMotion(
-        components, "/move_base", say("navigation to {where}", where=path[-1]), drives=True
-    )
+    motion = ActionMotion(components, "/move_base", say("navigation to {where}", where=path[-1]), drives=True)
     motion.way = PlannedWay(components.feeds)
     handle = NavigationHandle(motion, timeout)
     motion.begin(goal, since, check=check, replace=replace)

@@ -16,11 +16,12 @@ from rosproto.coercion import whole
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node import PreparedCall
-from rosproto.sentence import say
+from rosproto.sentence import Sentence, say
 from woosh_pure.components import Components
 from woosh_pure.enums import Direction, RobotState, TaskCommand, TaskState, TaskType
 from woosh_pure.errors import MotionRefused
 from woosh_pure.geometry import Pose2D
+from woosh_pure.maps.marks import own_marks, reported_marks, with_marks
 from woosh_pure.motion.motion import GoalHandle, Motion
 from woosh_pure.motion.progress import PlannedWay
 from woosh_pure.outcome import OutcomeKind
@@ -225,16 +226,22 @@ class TaskMotion(Motion[RobotStatus]):
         state = RobotState(reply.statusCode)
         refusal = say("the last motion was refused ({what}: {why})", what=self.description, why=why)
         knowledge.refusals.note(refusal, time.monotonic(), state)
+        refused = "{goal}: refused by the chassis: {why} (robot state: {state})"
         raise MotionRefused(
-            say(
-                "{goal}: refused by the chassis: {why} (robot state: {state})",
-                goal=self.description,
-                why=why,
-                state=state,
-            ),
+            self._with_marks(say(refused, goal=self.description, why=why, state=state)),
             readiness=knowledge.readiness(),
             robot_text=str(reply.message or ""),
         )
+
+    def _with_marks(self, refused: Sentence) -> Sentence:
+        """Name the known marks if the task is to another one."""
+        mark = self._order.mark
+        try:
+            parameters = self.components.connection.open_node().params
+            known = {**reported_marks(parameters.__getitem__), **own_marks()}
+        except (RosError, OSError, ValueError):
+            return refused
+        return with_marks(refused, known, mark) if mark and known and mark not in known else refused
 
     def command(self, command: TaskCommand) -> None:
         """Ask for a change of it.

@@ -44,7 +44,7 @@ def test_a_value_that_is_prose_is_a_sentence() -> None:
 
 
 def test_a_list_and_a_choice_of_near_names_have_no_english_words() -> None:
-    from rosproto.cli.parser import hint
+    from rosproto.sentence import hint
 
     [both] = hint("stat", ["status", "start"])
     assert both == "did you mean start or status?" or both == "did you mean status or start?"

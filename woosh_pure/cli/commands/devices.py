@@ -8,9 +8,9 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import count, counted, folder_exists, hint, positive, whole_from
+from rosproto.cli import count, counted, folder_exists, positive, whole_from
 from rosproto.errors import RosTimeout
-from rosproto.sentence import both, say
+from rosproto.sentence import both, hint, say
 from woosh_pure.cli.arguments import add_wait, enum_words, png_file, wait_for, word_of, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output

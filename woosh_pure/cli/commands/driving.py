@@ -14,7 +14,6 @@ from woosh_pure.cli.arguments import (
     add_timeout,
     mark_missing,
     marks_here,
-    marks_named,
     pose_of,
     word_of,
 )
@@ -48,8 +47,7 @@ def run_goto(args: Namespace, out: Output) -> int:
     with connect(args, out) as chassis:
         where = target if args.mark is None else say("mark {name}", name=args.mark)
         if target is None:
-            with marks_named(args):
-                handle = chassis.go_to_mark(args.mark)
+            handle = chassis.go_to_mark(args.mark)
         else:
             handle = chassis.go_to(target.x, target.y, target.yaw)  # type: ignore[assignment]
         outcome = follow(handle, out, say("going to {where}", where=where), args.timeout)
@@ -137,16 +135,15 @@ def run_task(args: Namespace, out: Output) -> int:
     if args.verb == "carry":
         direction = Direction.LOAD if args.load else Direction.UNLOAD
     with connect(args, out) as chassis:
-        with marks_named(args):
-            handle = chassis.task(
-                TaskType[word_of(args.verb)],
-                args.mark,
-                poses=[pose_of(values) for values in args.pose],
-                direction=direction,
-                type_number=args.type_number,
-                custom=args.custom,
-                timeout=args.timeout,
-            )
+        handle = chassis.task(
+            TaskType[word_of(args.verb)],
+            args.mark,
+            poses=[pose_of(values) for values in args.pose],
+            direction=direction,
+            type_number=args.type_number,
+            custom=args.custom,
+            timeout=args.timeout,
+        )
         where = args.mark or pose_of(args.pose[-1])
         text = say("{verb} {where} (task {id})", verb=say(args.verb), where=where, id=handle.task_id)
         outcome = follow(handle, out, text, args.timeout)
@@ -184,8 +181,7 @@ def run_charge(args: Namespace, out: Output) -> int:
     if args.mark is None:
         raise ValueError(mark_missing(args, "give the mark of a charger"))
     with connect(args, out) as chassis:
-        with marks_named(args):
-            handle = chassis.charge(args.mark, timeout=args.timeout)
+        handle = chassis.charge(args.mark, timeout=args.timeout)
         outcome = follow(handle, out, say("going to charge at {mark}", mark=args.mark), args.timeout)
         battery = _charging_battery(chassis)
         if battery is not None:
