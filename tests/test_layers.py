@@ -277,8 +277,8 @@ def test_only_the_command_imports_the_command() -> None:
 
 
 CHASSIS_FLOORS = [
-    "language",
-    "enums firmware geometry hints interface lease reasons",
+    "hints language",
+    "enums firmware geometry interface lease reasons",
     "faults",
     "outcome values",
     "errors maps",

@@ -96,6 +96,7 @@ _LEFT_OUT_NAMES = {
     "MEANT",
     "COMMON_LINE",
     "COMMANDS",
+    "COLOUR_WORDS",
     "_TASK_KINDS",
     "_TASK_COMMANDS",
 }

@@ -50,6 +50,10 @@ _MODULE_OF = {name: f"{__name__}.{module}" for module, names in _HOME.items() fo
 def __getattr__(name: str) -> object:
     module = _MODULE_OF.get(name) or (f"{__name__}.{name}" if name in _HOME else None)
     if module is None:
+        from woosh_pure.hints import NAMES, meant
+
+        if right := meant(NAMES, name):  # `from woosh_pure import NAME` shows the text of an ImportError only
+            raise ImportError(f"cannot import name {name!r} from {__name__!r}; use {right}", name=__name__)
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = import_module(module)
     return getattr(found, name) if name in _MODULE_OF else found

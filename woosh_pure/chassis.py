@@ -25,7 +25,7 @@ from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
 from woosh_pure.errors import MotionRefused
-from woosh_pure.hints import CHASSIS, Hints, usage
+from woosh_pure.hints import CHASSIS, SettingHints, usage
 from woosh_pure.lease import ChassisLease
 from woosh_pure.motion.action_goal import ActionHandle, start_action
 from woosh_pure.motion.steps import MAX_SPEED, MAX_TURN_RATE
@@ -55,7 +55,7 @@ _CLOSE_SECONDS, _LEAVE_SECONDS = 30.0, 10.0
 _CANCEL_SECONDS, _LATE_SECONDS = 3.0, 1.0  # for `close` to cancel goals; for goals that it finds afterwards
 
 
-class Chassis(Readings, MotionVerbs, Peripherals, Hints):
+class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
     """One chassis. Use it in a `with` block: leaving it cancels what this program started and still runs.
 
     Nothing happens on the network before the first verb or feed is used. The node's name is made unique, so

@@ -11,6 +11,7 @@ from rosproto import quaternion
 from rosproto.coercion import as_float
 from rosproto.deprecation import former_names
 from rosproto.sentence import say
+from woosh_pure.hints import POSE, Hints
 
 __all__ = [
     "MAX_COORDINATE_METRES",
@@ -59,7 +60,7 @@ def _as_floats(value: object, *names: str) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Pose2D:
+class Pose2D(Hints):
     """A pose in the plane: `frame`_T_`child`.
 
     Attributes:
@@ -68,6 +69,8 @@ class Pose2D:
         frame: The reference frame.
         child: The located frame.
     """
+
+    _hints = POSE
 
     x: float
     y: float

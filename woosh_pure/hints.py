@@ -1,4 +1,4 @@
-"""What wrong guesses of names and arguments are answered with: the right call, in the exception's text.
+"""What wrong guesses of names, arguments and commands are answered with: the right one, in the error's text.
 
 Nothing is carried out for a guess. The names are those of turtle, rospy, spot-sdk, MiR and Thymio.
 """
@@ -13,26 +13,32 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 P = ParamSpec("P")
 T = TypeVar("T")
 
-# Each line has the right call, and the guesses that mean it.
+# Each line has the right call, and the guesses that mean it; upper case and underscores do not matter.
 CHASSIS = """
-forward(metres): drive drive_straight go_forward straight advance move_forward fd
+forward(metres): go drive drive_straight go_forward straight advance move_forward fd
 forward(-metres): back backward backwards bk reverse move_backward
 left(degrees): turn turn_left lt spin rotate_left rotate_by setheading
 right(degrees): turn_right rt rotate_right
 go_to_mark(name), or go_to(x, y, yaw): goto navigate navigate_to drive_to move_to go_to_pose goto_position
 go_to(x, y, yaw): move_base send_goal set_goal goal setpos trajectory_command
 go_to_mark(name), as on the robot's map; `woosh marks` keeps a list: marks list_marks positions waypoints
-pose.latest (None before the first): position x y yaw theta heading location where pos xcor ycor odom get_pose
+pose.latest (None before the first): position x y yaw theta heading location where pos xcor ycor
+pose.latest (None before the first): odom get_pose get_position coordinates
 battery.latest.percent (None before the first): battery_level battery_percent battery_percentage get_battery
 measured_velocity.latest, or under_way: is_moving moving speed get_speed get_velocity is_driving busy
 stop(): halt brake emergency_stop estop freeze abort stop_all
+stop(); a simulation is reset by sim.reset() or on its page: reset restart
 stop(), or cancel() of the handle: cancel cancel_all cancel_goal
 velocity(bypasses_protection=True): set_speed set_velocity cmd_vel motors set_motors publish motor_left_target
 connected; `with Chassis(...) as chassis:` connects and closes: is_connected connect disconnect open shutdown
 status.latest, or readiness(): state get_status get_state robot_state is_ready ready can_move
 faults: errors error get_errors get_faults alarms
 get_map(): map load_map
-scan.latest: lidar laser ranges get_scan prox
+scan.latest: lidar laser ranges get_scan prox sensor sensors ultrasonic
+scan.latest: distance get_distance obstacle obstacles
+pose.latest.distance_to(other): distance_to distance_from
+on_connection(callback): on_disconnect on_disconnected on_lost on_connected on_connect on_connection_lost
+pose.on(callback), as of each feed: on subscribe subscriber listen callback on_message add_callback
 camera.latest: image picture photo get_image
 charge(mark), or park(mark): dock go_home home mission
 light("red"): led leds set_led set_light lights color set_color leds_top pencolor
@@ -59,6 +65,91 @@ latest.NAME, latest is None at first: percent charging x y yaw theta vx wz range
 latest, or wait() for the next one: value get read last newest message
 on(callback): subscribe callback listen add_callback
 """
+POSE = """
+yaw (rad), or yaw_degrees: angle heading theta orientation rotation direction degrees
+x, y and yaw: position pos coordinates
+distance_to(other): distance
+"""
+SIMULATED = """
+master_uri; Chassis(sim.master_uri) drives it: move forward back left right turn rotate goto go_to_mark drive
+master_uri; Chassis(sim.master_uri) has it: wait battery scan status
+press_emergency_stop(): estop emergency_stop stop halt
+add_obstacle(x, y): obstacle obstacles put_obstacle set_obstacle place_obstacle
+remove_obstacles(): clear clear_obstacles remove_obstacle
+teleport(x, y, yaw): set_pose set_position move_to place carry jump
+set_battery(percent): battery_level set_charge discharge
+lose_localization(): lost lose_position
+speed: set_speed time_factor
+reset(): restart
+master_uri: uri url address
+"""
+NAMES = """
+Chassis: Robot Chasis Chassi Chasiss Woosh WooshRobot WooshChassis Client connect
+SimulatedChassis: Simulator Simulation Sim SimChassis SimulatedRobot SimRobot
+"""
+MODULES = """
+from woosh_pure import Chassis: woosh wooshpure pywoosh wooshrobot chassis robot
+"""
+COMMANDS = """
+woosh goto A1: go drive-to navigate 去 前往 导航
+woosh move 0.5: forward ahead straight 前进 直行 移动
+woosh move -0.5: back backward backwards 后退
+woosh rotate 90: turn left 旋转 左转
+woosh rotate -90: right 右转
+woosh stop: halt estop brake exit quit 停 停止 急停
+woosh status: where pose position info 状态 位置
+woosh faults: error errors fault code 故障 错误
+woosh camera -o FILE: picture photo image 拍照 相机
+woosh led red: light lights color colour 灯 灯带
+woosh charge C1: dock 充电
+woosh scan: lidar distance sensor obstacle 激光
+woosh marks: mark list places 标记点
+woosh battery: 电池 电量
+woosh doctor: check diagnose 诊断
+woosh demo: start example 演示
+woosh sim: simulate simulator simulation 仿真
+woosh --sim web: browser show gui view open page website reset restart 网页
+woosh run --sim PROGRAM: python script program file
+woosh --help: help 帮助
+woosh --version: version
+woosh task pick: pick
+woosh task park: park
+woosh task carry: carry
+woosh task pause: pause
+woosh task resume: resume
+woosh task cancel: cancel
+rosproto topic: topic
+rosproto node: node
+rosproto service: service
+rosproto param: param
+rosproto msg: msg
+rosproto srv: srv
+rosproto bag: bag
+rosproto graph: graph
+rosproto tf: tf
+rosproto log: log
+rosproto bridge: bridge
+"""
+COLOUR_WORDS = """
+red: 红 红色
+orange: 橙 橙色
+yellow: 黄 黄色
+green: 绿 绿色
+cyan: 青 青色
+blue: 蓝 蓝色
+purple: 紫 紫色
+white: 白 白色
+"""
+
+
+def meant(table: str, word: str) -> str:
+    """The right one for a guess; "" where the table has none."""
+    lines = (line.rpartition(": ") for line in table.splitlines())
+    return next((right for right, _, guesses in lines if _bare(word) in map(_bare, guesses.split())), "")
+
+
+def _bare(word: str) -> str:
+    return word.lower().replace("_", "").replace("-", "")
 
 
 class Hints:
@@ -76,11 +167,22 @@ class Hints:
             try:
                 return object.__getattribute__(self, name)  # raises again what a property raised
             except AttributeError as error:
-                lines = (line.rpartition(": ") for line in self._hints.splitlines())
-                right = next((right for right, _, guesses in lines if name in guesses.split()), "")
+                right = meant(self._hints, name)
                 if not right or hasattr(type(self), name):
                     raise
                 raise AttributeError(f"{error}; use {right}", name=name, obj=self) from None
+
+
+class SettingHints(Hints):
+    """Also where a guess is set: `chassis.speed = 0.5` would change nothing."""
+
+    if not TYPE_CHECKING:
+
+        def __setattr__(self, name: str, value: object) -> None:
+            if not hasattr(type(self), name) and meant(self._hints, name):
+                text = f"{type(self).__name__!r} object has no attribute {name!r} to set; a call does it"
+                raise AttributeError(f"{text}, such as forward(0.5, speed=0.2)", name=name, obj=self)
+            object.__setattr__(self, name, value)
 
 
 def usage(right: str) -> Callable[[Callable[P, T]], Callable[P, T]]:

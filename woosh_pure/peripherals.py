@@ -26,6 +26,12 @@ _FOOTPRINTS = {
 }
 
 
+def require_module(module: int) -> None:
+    """Check the number of a light strip's module; a wrong one raises a ValueError."""
+    if not 0 <= module <= 8:
+        raise ValueError(say("module {module}: expected 0 for all, or 1 to 8", module=module))
+
+
 class Peripherals:
     """The part of `Chassis` for devices on the robot, maps and localisation; needs no permission to move."""
 
@@ -58,8 +64,7 @@ class Peripherals:
             FirmwareLimit: The chassis's definition has no field for one of the values; nothing was sent.
             RosTimeout: The chassis has no such strip.
         """
-        if not 0 <= module <= 8:
-            raise ValueError(say("module {module}: expected 0 for all, or 1 to 8", module=module))
+        require_module(module)
         if strip not in (*_STRIPS, "both"):
             raise ValueError(
                 say('strip {strip!r} is not known; expected "base", "shelf" or "both"', strip=strip)

@@ -91,7 +91,7 @@ def parser_for(words: Sequence[str]) -> Parser:
         description="ROS 1 without a ROS installation.",
         epilog=exit_codes_line(EXIT_CODES),
     )
-    parser.meant = MEANT
+    parser.meant = MEANT.get
     add_general_options(parser, 0, False)
     parser.add_argument("--version", action="version", version=f"rosproto {__version__}")
     choices = parser.add_subparsers(title="commands", metavar="COMMAND", dest="command")

@@ -75,11 +75,11 @@ class Parser(argparse.ArgumentParser):
 
     Attributes:
         examples: Commands to copy.
-        meant: Maps a word that is not a choice to the probably intended command.
+        meant: Returns the probably intended command for a word that is not a choice; None or "" for none.
     """
 
     examples: Sequence[str] = ()
-    meant: Mapping[str, str] = {}
+    meant: Callable[[str], str | None] = {}.get
 
     @property
     def actions(self) -> Sequence[argparse.Action]:
@@ -173,7 +173,7 @@ class Parser(argparse.ArgumentParser):
             value=value,
             noun=_noun(action),
         )
-        if meant := self.meant.get(str(value)):
+        if meant := self.meant(str(value)):
             raise argparse.ArgumentError(None, both(wrong, say("did you mean {names}?", names=f"`{meant}`")))
         raise argparse.ArgumentError(
             None, both(wrong, *hint(str(value), shown), say("one of: {names}", names=shown))

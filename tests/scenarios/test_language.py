@@ -76,7 +76,7 @@ def chinese(text: str) -> None:
         ("watch --lines --for 1.5", 0, "没有收到状态"),
         ("imu", 0, "加速度"),
         ("faults 100201010101", 0, "由其名称或编号推出"),
-        ("led red --module 9", 2, "不是从 0 到 8 的整数"),
+        ("led red --module 9", 2, "0 表示全部，或 1 到 8"),
         ("web --no-browser --token short", 2, "令牌只有 5 个字符"),
         ("web --no-browser --port 0 --origin foo", 2, "不是有效的来源"),
         ("record --for 2", 2, "选项 --for 不明确，可以是 --force, --format"),

@@ -22,7 +22,7 @@ from woosh_pure.chassis import Chassis as Threaded
 from woosh_pure.chassis import components_of
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.faults import Faults
-from woosh_pure.hints import CHASSIS, Hints
+from woosh_pure.hints import CHASSIS, SettingHints
 from woosh_pure.lease import ChassisLease
 from woosh_pure.motion import motion as threaded
 from woosh_pure.velocity.drive import Drive
@@ -105,7 +105,7 @@ def _made_like(
     return made
 
 
-class Chassis(Readings, Hints):
+class Chassis(Readings, SettingHints):
     """One chassis, for asyncio. Names, arguments, values and errors are those of `woosh_pure.Chassis`.
 
         async with Chassis("169.254.128.2") as robot:

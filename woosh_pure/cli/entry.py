@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import partial
 
 from rosproto import sentence
 from rosproto.cli import (
@@ -28,39 +29,14 @@ from rosproto.version import __version__
 from woosh_pure.cli.arguments import EachChassis
 from woosh_pure.cli.commands import COMMANDS, add_arguments, run
 from woosh_pure.cli.output import EXIT_CODES, Output
+from woosh_pure.hints import COMMANDS as GUESSED_COMMANDS
+from woosh_pure.hints import meant
 from woosh_pure.language import LANGUAGES, language_of, translated
 
 COMMON_LINE = (
     "Which chassis (--chassis, --master, --sim), --json, --lang and the other options of every command: "
     "woosh --help"
 )
-MEANT = {
-    **dict.fromkeys(("go", "drive-to", "navigate", "去", "前往", "导航"), "woosh goto A1"),
-    **dict.fromkeys(("forward", "ahead", "straight", "前进", "直行", "移动"), "woosh move 0.5"),
-    **dict.fromkeys(("back", "backward", "backwards", "后退"), "woosh move -0.5"),
-    **dict.fromkeys(("turn", "left", "旋转", "左转"), "woosh rotate 90"),
-    **dict.fromkeys(("halt", "estop", "brake", "停", "停止", "急停"), "woosh stop"),
-    **dict.fromkeys(("where", "pose", "position", "info", "状态", "位置"), "woosh status"),
-    **dict.fromkeys(("error", "errors", "fault", "code", "故障", "错误"), "woosh faults"),
-    **dict.fromkeys(("picture", "photo", "image", "拍照", "相机"), "woosh camera -o FILE"),
-    **dict.fromkeys(("light", "lights", "color", "colour", "灯", "灯带"), "woosh led red"),
-    **{verb: f"woosh task {verb}" for verb in ("pick", "park", "carry", "pause", "resume", "cancel")},
-    **{
-        name: f"rosproto {name}"
-        for name in ("topic", "node", "service", "param", "msg", "srv", "bag", "graph", "tf", "log", "bridge")
-    },
-    **dict.fromkeys(("right", "右转"), "woosh rotate -90"),
-    **dict.fromkeys(("dock", "充电"), "woosh charge C1"),
-    **dict.fromkeys(("lidar", "激光"), "woosh scan"),
-    **dict.fromkeys(("mark", "标记点"), "woosh marks"),
-    **dict.fromkeys(("help", "帮助"), "woosh --help"),
-    **dict.fromkeys(("电池", "电量"), "woosh battery"),
-    "诊断": "woosh doctor",
-    "网页": "woosh --sim web",
-    "演示": "woosh demo",
-    "仿真": "woosh sim",
-}
-"""Suggestions for words that are not commands. None is carried out: a guess must not move a robot."""
 _NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
 ADVICE = {
     "readiness-and-faults": "see `woosh ready` and `woosh faults`",
@@ -139,7 +115,7 @@ def parser_for(words: Sequence[str], language: str = "en") -> Parser:
             codes=exit_codes_line(EXIT_CODES),
         ),
     )
-    parser.meant = MEANT
+    parser.meant = partial(meant, GUESSED_COMMANDS)
     parser.add_argument("--version", action="version", version=f"woosh {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     asked = _asked(words)

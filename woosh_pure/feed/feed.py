@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NoReturn, TypeVar
 
 from rosproto import Node, Subscriber
 from rosproto.codec import decoder
@@ -97,6 +97,11 @@ class Newest(Hints, Generic[T]):
         """True when at least one value has come."""
         return self.reading is not None
 
+    if not TYPE_CHECKING:
+
+        def __call__(self, *_: object) -> NoReturn:
+            raise TypeError(f"{type(self).__name__!r} object is not callable; use .latest, or .wait()")
+
 
 class Feed(Newest[T]):
     """Newest value, waiting, iterating and callbacks for one topic.
@@ -136,7 +141,7 @@ class Feed(Newest[T]):
     def __repr__(self) -> str:
         newest = self.known
         heard = "not heard yet" if newest is None else f"{self.count} heard, age {newest.age:.2f} s"
-        return f"<Feed {self.row.name} {self.row.type}: {heard}>"
+        return f"<Feed {self.row.name} {self.row.type}: {heard}; its newest value is .latest>"
 
     @property
     def topic(self) -> str:

@@ -332,6 +332,7 @@ class MotionVerbs:
         """`rotate`: turn in place to the right, in degrees; speed in rad/s. Returns at once."""
         return self.rotate(-as_float(degrees), degrees=True, speed=speed)
 
+    @usage("strafe(0.5) in m, to the left; strafe(0.5, speed=0.2) in m/s")
     def strafe(
         self,
         distance: float,

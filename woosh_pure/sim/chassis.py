@@ -29,6 +29,7 @@ from woosh_pure.enums import RobotMode
 from woosh_pure.firmware.versions import CURRENT
 from woosh_pure.firmware.versions import firmware as firmware_named
 from woosh_pure.geometry import Pose2D
+from woosh_pure.hints import SIMULATED, Hints
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.maps.marks import SIMULATED_MARKS, text_of
 from woosh_pure.sim.graph import Graph
@@ -58,7 +59,7 @@ COSTMAP_EVERY = 1.0
 """Seconds between two costmaps while the topic has subscribers (assumed)."""
 
 
-class SimulatedChassis:
+class SimulatedChassis(Hints):
     """A simulated chassis. Use it in a `with` block, or call `start` and `close`.
 
     If this process may open fewer than 1024 files (macOS: 256), it raises the limit.
@@ -90,6 +91,8 @@ class SimulatedChassis:
         resets: Number of times that it was reset.
         clock_ahead: Seconds that the robot's clock is ahead of this computer's.
     """
+
+    _hints = SIMULATED
 
     def __init__(
         self,

@@ -10,7 +10,7 @@ from unittest import mock
 
 import pytest
 
-from woosh_pure import Chassis, Outcome, OutcomeKind, aio, hints
+from woosh_pure import Chassis, Outcome, OutcomeKind, Pose2D, SimulatedChassis, aio, hints
 from woosh_pure.feed.feed import Feed
 from woosh_pure.motion.action_goal import ActionMotion
 from woosh_pure.motion.motion import GoalHandle
@@ -18,6 +18,7 @@ from woosh_pure.motion.motion import GoalHandle
 CHASSIS = Chassis("127.0.0.1:9")
 HANDLE = GoalHandle(ActionMotion(None, "/a", "a goal"), None)  # type: ignore[arg-type]
 OUTCOME = Outcome(OutcomeKind.FAILED, "a goal")
+POSE, SIMULATED = Pose2D(1.0, 2.0), SimulatedChassis()
 GUESSES = [
     # turtle
     *[(CHASSIS, name) for name in ("fd", "bk", "back", "lt", "rt", "goto", "setpos", "setheading", "xcor", "pencolor")],
@@ -38,6 +39,11 @@ GUESSES = [
     *[(HANDLE, name) for name in ("cancelled", "result", "is_done", "status", "join", "then", "stop", "feedback")],
     *[(OUTCOME, name) for name in ("success", "message", "ok", "status", "error")],
     *[(CHASSIS.aio, name) for name in ("goto", "turn", "x")],
+    # a class that saw the pages alone
+    *[(CHASSIS, name) for name in ("go", "turnRight", "get_position", "getPosition", "distance", "sensor", "obstacle")],
+    *[(CHASSIS, name) for name in ("reset", "distance_to", "on_disconnect", "on_lost", "on_connected", "subscribe", "on")],
+    *[(POSE, name) for name in ("angle", "heading", "position", "distance")],
+    *[(SIMULATED, name) for name in ("estop", "move", "forward", "obstacle", "setPose", "restart", "uri", "battery_level")],
 ]  # fmt: skip
 
 
@@ -49,6 +55,7 @@ def test_a_guess_names_what_there_is(thing: object, name: str) -> None:
 
 
 TABLES = [(hints.CHASSIS, Chassis), (hints.HANDLE, GoalHandle), (hints.OUTCOME, Outcome), (hints.FEED, Feed)]
+TABLES += [(hints.POSE, Pose2D), (hints.SIMULATED, SimulatedChassis)]
 
 
 @pytest.mark.parametrize(("table", "cls"), TABLES, ids=[cls.__name__ for _, cls in TABLES])
@@ -101,6 +108,7 @@ def test_a_property_that_fails_says_its_own_error(monkeypatch: pytest.MonkeyPatc
         (lambda c: c.rotate(degrees=90), r"rotate\(90, degrees=True\)"),
         (lambda c: c.forward(0, 5), r"forward\(0\.5\) in m, with a decimal point"),
         (lambda c: c.left(90, 0.5), r"left\(90, speed=0\.5\)"),
+        (lambda c: c.strafe(0, 5), r"strafe\(0\.5\) in m"),
         (lambda c: c.right(wait=True), r"right\(90\) in degrees"),
         (lambda c: c.rotate(), r"left\(90\)"),
         (lambda c: c.move(0.2, 0.1), "rotate"),
@@ -120,3 +128,45 @@ def test_editors_see_the_arguments(cls: type, name: str) -> None:
     signature = inspect.signature(getattr(cls, name))
     assert "args" not in signature.parameters
     assert inspect.getdoc(getattr(cls, name))
+
+
+@pytest.mark.parametrize("name", ["Robot", "Chasis", "Simulator"])
+def test_a_wrong_class_is_answered_by_the_right_one(name: str) -> None:
+    with pytest.raises(
+        ImportError, match=f"cannot import name '{name}' from 'woosh_pure'; use (Simulated)?Chassis$"
+    ):
+        exec(f"from woosh_pure import {name}", {})
+
+
+def test_a_guess_that_is_set_is_refused_and_another_name_is_the_programs_own() -> None:
+    for chassis in (Chassis("127.0.0.1:9"), aio.Chassis("127.0.0.1:9")):
+        with pytest.raises(
+            AttributeError, match=r"no attribute 'speed' to set; .*forward\(0\.5, speed=0\.2\)"
+        ):
+            chassis.speed = 0.5  # type: ignore[union-attr]
+        chassis.number = 3  # type: ignore[union-attr]
+        assert chassis.number == 3  # type: ignore[union-attr]
+
+
+def test_a_feed_names_its_value_when_it_is_printed_or_called() -> None:
+    assert repr(CHASSIS.battery).endswith("; its newest value is .latest>")
+    for feed in (CHASSIS.battery, CHASSIS.aio.battery):
+        with pytest.raises(TypeError, match=r"not callable; use \.latest"):
+            feed()  # type: ignore[operator]
+
+
+def test_a_command_that_is_meant_is_there() -> None:
+    from woosh_pure.cli.commands import COMMANDS
+
+    lines = [line.rpartition(": ") for line in hints.COMMANDS.strip().splitlines()]
+    guesses = [guess for _, _, words in lines for guess in words.split()]
+    assert len(guesses) == len(set(guesses))
+    assert not set(guesses) & set(COMMANDS)
+    for right, _, _ in lines:
+        program, *words = right.split()
+        word = next((word for word in words if not word.startswith("-")), "")
+        assert program == "rosproto" or not word or word in COMMANDS
+    for (
+        guess
+    ) in "version simulate simulator browser show gui view open page list distance reset help exit".split():
+        assert hints.meant(hints.COMMANDS, guess)

@@ -8,7 +8,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import count, counted, folder_exists, positive, whole_from
+from rosproto.cli import count, counted, folder_exists, natural, positive
 from rosproto.errors import RosTimeout
 from rosproto.sentence import both, hint, say
 from woosh_pure.cli.arguments import add_wait, enum_words, png_file, wait_for, word_of, write
@@ -16,6 +16,8 @@ from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import COLOURS, LedState
 from woosh_pure.geometry import Pose2D, yaw_from_quaternion
+from woosh_pure.hints import COLOUR_WORDS, meant
+from woosh_pure.peripherals import require_module
 from woosh_pure.values.state import Image, Imu, LaserScan, PointCloud
 
 if TYPE_CHECKING:
@@ -279,9 +281,7 @@ def add_led(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--strip", choices=("base", "shelf", "both"), default="base", help="which strip (base)"
     )
-    parser.add_argument(
-        "--module", type=whole_from(0, 8), default=0, metavar="N", help="0 all, 1 to 8 one module"
-    )
+    parser.add_argument("--module", type=natural, default=0, metavar="N", help="0 all, 1 to 8 one module")
     parser.add_argument("--urgency", action="store_true", help='show "under maintenance"')
     parser.add_argument("--abnormal", action="store_true", help='show "fault"')
     parser.add_argument("--list", action="store_true", help="list the states; asks no chassis")
@@ -304,8 +304,9 @@ def run_led(args: Namespace, out: Output) -> None:
         args.state = "none"
     if args.state not in words:
         unknown = say("state {state!r} is not known", state=args.state)
-        near = hint(args.state, [*words, *COLOURS])
+        near = hint(meant(COLOUR_WORDS, args.state) or args.state, [*words, *COLOURS])
         raise ValueError(both(unknown, *near, say("one of: {names}", names=[*words, *COLOURS])))
+    require_module(args.module)
     color = _color(args.color)
     with connect(args, out) as chassis, out.working("looking for the light strip"):
         chassis.light(
