@@ -22,6 +22,7 @@ _WHOLE = re.compile(r"[+-]?[0-9]{1,20}")  # as many digits as 64 bits have
 _DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)")
 _QUANTITY = re.compile(r"([+-]?[0-9.]*(?:,(?:[0-9]{1,2}|[0-9]{4,}))?)\s*([^\s0-9.,+-]*)")
 _SHOWN = 40
+_FROM_TO = "{text}: must be from {minimum:g} to {maximum:g}"
 MAX_NUMBER = 10**9
 """A wait of more seconds does not fit into the system's calls."""
 MAX_WHOLE = 2**32 - 1
@@ -92,10 +93,13 @@ class Quantity:
         noun: What is expected, in the plural.
         examples: Of it.
         units: The accepted units, with the size of each; "" for none.
+        maximum: Of its size.
     """
 
-    def __init__(self, noun: str, examples: str, units: Mapping[str, float]) -> None:
-        self._noun, self._examples, self.units = noun, examples, units
+    def __init__(
+        self, noun: str, examples: str, units: Mapping[str, float], maximum: float = math.inf
+    ) -> None:
+        self._noun, self._examples, self.units, self._maximum = noun, examples, units, maximum
 
     def __call__(self, text: str) -> float:
         """Parse `0.5`, `0,5`, `50cm` or `50 cm`."""
@@ -106,14 +110,17 @@ class Quantity:
             expected = "{text}: expected {noun}, such as {examples}"
             noun = say(self._noun)
             raise NotANumber(say(expected, text=_shown(text), noun=noun, examples=self._examples))
-        return finite(found[1].replace(",", ".")) * self.units[found[2]]
+        value = finite(found[1].replace(",", ".")) * self.units[found[2]]
+        if abs(value) > self._maximum:
+            raise NotANumber(say(_FROM_TO, text=_shown(text), minimum=-self._maximum, maximum=self._maximum))
+        return value
 
 
 metres = Quantity("metres", "0.5, 50cm, 1m", {"": 1, "m": 1, "cm": 0.01, "mm": 0.001, "米": 1, "厘米": 0.01})
 _RADIAN = math.degrees(1.0)
-degrees = Quantity(
-    "degrees", "90, 90°, 1.57rad", {"": 1, "°": 1, "deg": 1, "degrees": 1, "度": 1, "rad": _RADIAN}
-)
+_DEGREES = {"": 1, "°": 1, "deg": 1, "degrees": 1, "度": 1, "rad": _RADIAN}
+degrees = Quantity("degrees", "90, 90°, 1.57rad", _DEGREES)
+heading = Quantity("degrees", "90, 90°, 1.57rad", _DEGREES, maximum=360.0)
 
 
 def natural(text: str) -> int:
@@ -154,8 +161,7 @@ def number_from(minimum: float, maximum: float) -> Callable[[str], float]:
     def parse(text: str) -> float:
         value = finite(text)
         if not minimum <= value <= maximum:
-            wrong = "{text}: must be from {minimum:g} to {maximum:g}"
-            raise NotANumber(say(wrong, text=_shown(text), minimum=minimum, maximum=maximum))
+            raise NotANumber(say(_FROM_TO, text=_shown(text), minimum=minimum, maximum=maximum))
         return value
 
     return parse

@@ -144,6 +144,42 @@ def test_a_mark_that_is_not_known_is_answered_by_near_ones_and_the_list(woosh, w
     assert "marks: A1, A2, B1, B2, C1, P1, W1" in err
 
 
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        ("goto 1m 2m", "for a pose write: woosh goto --pose 1m 2m DEGREES"),
+        ("goto 1 2 90度", "for a pose write: woosh goto --pose 1 2 90度"),
+        ("goto A1 B1", "a mark is one word; quote it: woosh goto 'A1 B1'"),
+        ("goto --pose 0 0 400", "'400': must be from -360 to 360"),
+        ("rotate 3601", "3601° is more than the 3600° (ten turns) that one step may have"),
+        ("led red --module 9", "module 9: expected 0 for all, or 1 to 8"),
+        ("led 红色", "did you mean red?"),
+        ("move 500", "for longer distances: woosh goto --pose X Y DEGREES"),
+    ],
+)
+def test_numbers_and_words_that_are_refused_say_what_to_write(woosh, line, text):
+    code, out, err = woosh(*line.split())
+    assert (code, out) == (2, "")
+    assert text in err
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("localization", "pose", "0", "0", "400"), "argument DEGREES: '400': must be from -360 to 360"),
+        (("sim", "--robots", "0"), "argument --robots: '0' is not a whole number from 1 to 100"),
+        (("--lang", "cn", "status"), "'cn' 不是有效的"),
+    ],
+)
+def test_options_that_are_refused_say_what_is_allowed(
+    capsys: Captured, words: tuple[str, ...], text: str
+) -> None:
+    """Also in the language that was meant by a wrong --lang."""
+    with pytest.raises(SystemExit):
+        main([*words])
+    assert text in capsys.readouterr().err
+
+
 def test_a_mark_of_the_users_list_is_near_too(woosh):
     assert woosh("marks", "add", "kitchen", "--pose", "1", "0", "0")[0] == 0
     assert "did you mean kitchen?" in woosh("goto", "kitchn")[2]

@@ -116,9 +116,11 @@ def test_a_lateral_step_is_an_error_on_a_differential_base_and_works_on_another(
     ("call", "match"),
     [
         (lambda c: c.move(10.1), "10.0 m"),
-        (lambda c: c.move(math.nan), "finite"),
+        (lambda c: c.move(math.nan), "^straight nan m: every number must be finite$"),
+        (lambda c: c.left(math.nan), "finite"),
         (lambda c: c.rotate(90), "degrees=True"),
         (lambda c: c.rotate(63.0, several_turns=True), "62.8318"),
+        (lambda c: c.left(3601), r"3601° is more than the 3600° \(ten turns\)"),
         (lambda c: c.move(1.0, speed=-0.1), "positive"),
         (lambda c: c.steps([]), "no steps"),
         (lambda c: c.go_to(math.inf, 0.0), "finite"),

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rosproto.cli import counted, degrees, folder_exists, metres, positive, to_float
+from rosproto.cli import counted, folder_exists, heading, metres, positive, to_float
 from rosproto.files import write_file
 from rosproto.sentence import Sentence, say
 from woosh_pure.cli.output import Output
@@ -71,7 +71,7 @@ def pose_of(texts: Sequence[str]) -> Pose2D:
         NotANumber: One is not a number of that unit.
     """
     x, y, yaw = texts
-    return pose((metres(x), metres(y), degrees(yaw)))
+    return pose((metres(x), metres(y), heading(yaw)))
 
 
 def corners(text: str) -> list[tuple[float, float]]:

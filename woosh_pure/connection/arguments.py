@@ -32,8 +32,8 @@ def _as_uri(address: str | None) -> str:
             raise ValueError(
                 say(
                     "no chassis is given, and ROS_MASTER_URI is not set: give an address, or save it once "
-                    "with `woosh connect {example}`; without a robot: `woosh --sim`, in Python "
-                    "SimulatedChassis",
+                    "with `woosh connect {example}`; without a robot: `woosh --sim`, for a program "
+                    "`woosh run --sim first.py`, in Python SimulatedChassis",
                     example=VENDOR_ADDRESS,
                 )
             )

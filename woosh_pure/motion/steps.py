@@ -102,6 +102,19 @@ class Step:
         return say("straight {metres:.3f} m", metres=self.data)
 
 
+def radians_of(degrees: float) -> float:
+    """A turn in rad.
+
+    Raises:
+        ValueError: It is more than one step may have.
+    """
+    given = as_float(degrees)
+    if abs(given) > 3600.0:
+        text = "{degrees:g}° is more than the 3600° (ten turns) that one step may have"
+        raise ValueError(say(text, degrees=given))
+    return max(-MAX_ANGLE, min(math.radians(given), MAX_ANGLE))  # the interface rounds ten turns down
+
+
 def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     """The steps, checked against the interface's limits.
 
@@ -150,7 +163,7 @@ def locate_step(
 
 def _check(step: Step) -> None:
     if not all(map(math.isfinite, (step.data, step.speed, step.angle))):
-        raise ValueError(say("{step!r}: every number must be finite", step=step))
+        raise ValueError(say("{step}: every number must be finite", step=step))
     rotating = step.mode is StepMode.ROTATE
     maximum, unit = (MAX_ANGLE, "rad") if rotating else (MAX_DISTANCE, "m")
     if not step.in_range:

@@ -13,7 +13,7 @@ from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
 from woosh_pure.geometry import Pose2D
 from woosh_pure.hints import usage
 from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
-from woosh_pure.motion.steps import Step
+from woosh_pure.motion.steps import Step, radians_of
 from woosh_pure.motion.task import TaskHandle, TaskOptions, TaskOrder, start_task
 
 if TYPE_CHECKING:
@@ -295,24 +295,23 @@ class MotionVerbs:
             angle: rad, or degrees with `degrees=True`; at most 62.8318 rad.
             degrees: Whether `angle` is in degrees.
             speed: rad/s (always); 0 takes the chassis's 0.1 rad/s.
-            several_turns: Required for more than one turn, because `rotate(90)` is usually meant in degrees.
+            several_turns: Required for more than one turn in rad: `rotate(90)` is usually meant in degrees.
             avoid: False switches the obstacle avoidance of this move off.
             timeout: Default of the handle's `wait()`, s; None derives it from angle and speed.
             check: False sends it even when the known state speaks against moving.
             replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
-            ValueError: Not finite, too far, or more than a turn without `several_turns`.
+            ValueError: Not finite, too far, or more than a turn in rad without `several_turns`.
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
-        radians = math.radians(as_float(angle)) if degrees else angle
         return self.steps(
-            [Step.turn(radians, speed)],
+            [Step.turn(radians_of(angle) if degrees else angle, speed)],
             avoid=avoid,
             timeout=timeout,
-            several_turns=several_turns,
+            several_turns=several_turns or degrees,
             check=check,
             replace=replace,
         )

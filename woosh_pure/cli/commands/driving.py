@@ -6,7 +6,7 @@ import math
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli import degrees, metres, natural, positive, to_float, whole_from
+from rosproto.cli import degrees, metres, natural, positive, whole_from
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import (
@@ -69,7 +69,7 @@ def _place(args: Namespace, out: Output) -> Pose2D | None:
 def _several(words: list[str]) -> str:
     """Return the hint for several words: numbers are a pose, others a name without quotes."""
     try:
-        numbers = [to_float(word) for word in words]
+        numbers = [read(word) for read, word in zip((metres, metres, degrees), words, strict=False)]
     except ValueError:
         return say("a mark is one word; quote it: woosh goto '{words}'", words=" ".join(words))
     missing = ["DEGREES"] if len(numbers) == 2 else []
@@ -226,18 +226,14 @@ def add_rotate(parser: ArgumentParser) -> None:
 
 
 def run_rotate(args: Namespace, out: Output) -> int:
-    if abs(args.degrees) > 3600.0:
-        raise ValueError(
-            say(
-                "{degrees:g}° is more than the 3600° (ten turns) that one step may have", degrees=args.degrees
-            )
-        )
+    from woosh_pure.motion.steps import radians_of
+
+    radians_of(args.degrees)  # before a master is asked
     with connect(args, out) as chassis:
         handle = chassis.rotate(
             args.degrees,
             degrees=True,
             speed=math.radians(args.speed),
-            several_turns=True,
             avoid=not args.no_avoid,
         )
         text = say("turning {degrees:g}°", degrees=args.degrees)

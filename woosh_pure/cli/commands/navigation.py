@@ -7,7 +7,7 @@ import math
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
-from rosproto.cli import DONE, FAILED, counted, degrees, metres, natural, positive, seconds
+from rosproto.cli import DONE, FAILED, counted, heading, metres, natural, positive, seconds
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import (
@@ -43,7 +43,7 @@ def add_localization(parser: ArgumentParser) -> None:
     # Three arguments: argparse cannot describe one positional of three values.
     tell.add_argument("x", type=metres, metavar="X", help="m, in the map")
     tell.add_argument("y", type=metres, metavar="Y", help="m, in the map")
-    tell.add_argument("degrees", type=degrees, metavar="DEGREES", help="heading, counter-clockwise from x")
+    tell.add_argument("degrees", type=heading, metavar="DEGREES", help="heading, counter-clockwise from x")
     tell.add_argument("--deviation", type=positive, default=0.25, metavar="M", help="1 sigma (0.25)")
     tell.add_argument("--yaw-deviation", type=positive, default=15.0, metavar="DEGREES", help="1 sigma (15)")
     add_wait(tell)
@@ -112,7 +112,7 @@ def add_plan(parser: ArgumentParser) -> None:
     parser.add_argument("mark", metavar="X|MARK", help="m, in the map; or a mark whose pose is known here")
     parser.add_argument("y", nargs="?", type=metres, metavar="Y", help="m, in the map")
     parser.add_argument(
-        "degrees", nargs="?", type=degrees, metavar="DEGREES", help="heading, counter-clockwise from x"
+        "degrees", nargs="?", type=heading, metavar="DEGREES", help="heading, counter-clockwise from x"
     )
     parser.add_argument("--start", nargs=3, metavar=POSE, help="from here (default: where the robot is)")
     parser.add_argument(

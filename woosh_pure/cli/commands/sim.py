@@ -13,7 +13,6 @@ from rosproto.cli import (
     NotANumber,
     add_token,
     cannot_listen,
-    count,
     host,
     never_wait_for_stdout,
     port,
@@ -21,6 +20,7 @@ from rosproto.cli import (
     seconds,
     to_float,
     to_int,
+    whole_from,
 )
 from rosproto.errors import ConnectionLost
 from rosproto.sentence import led, say
@@ -67,7 +67,11 @@ def add_sim(parser: ArgumentParser) -> None:
         "--bind", type=host, default="127.0.0.1", metavar="ADDRESS", help="address at which others reach it"
     )
     parser.add_argument(
-        "--robots", type=count, default=1, metavar="N", help="so many, on ports in a row, and a page with all"
+        "--robots",
+        type=whole_from(1, 100),
+        default=1,
+        metavar="N",
+        help="so many, on ports in a row, and a page with all",
     )
     parser.add_argument("--page-port", type=port, default=8080, metavar="PORT", help="of that page (8080)")
     add_token(parser, "WOOSH_WEB_TOKEN", "what everybody has to know for the page; needed off this computer")
@@ -146,16 +150,17 @@ def run_sim(args: Namespace, out: Output) -> None:
     }
     sim = sims["robot1"]
     with ExitStack() as stack:
-        for name, one in sims.items():
+        for one in sims.values():
             _start(one, stack)
+        if args.robots > 1:
+            _show(sims, args, out, stack)
+        for name, one in sims.items():
             text = say(
                 "simulated chassis at {uri}, {speed:g} times real time; Ctrl-C ends it",
                 uri=one.master_uri,
                 speed=args.speed,
             )
             out.line(text if args.robots == 1 else led(name, text))
-        if args.robots > 1:
-            _show(sims, args, out, stack)
         if args.firmware != "1.1.4":
             out.line("its messages are those of firmware {firmware}", firmware=args.firmware)
         out.line("marks: {names}", names=list(sim.world.site.marks) or say("none"))

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from woosh_pure.enums import StepMode
-from woosh_pure.motion.steps import Step, check_steps, locate_step
+from woosh_pure.motion.steps import MAX_ANGLE, Step, check_steps, locate_step, radians_of
 
 S, R, L, D = StepMode.STRAIGHT, StepMode.ROTATE, StepMode.LATERAL, StepMode.DIAGONAL
 SQUARE = [Step.straight(1.0), Step.turn(1.0), Step.straight(2.0), Step.lateral(0.5)]
@@ -59,3 +59,14 @@ def test_what_remains_keeps_kind_direction_and_speed(step):
 def test_what_the_interface_does_not_take_is_refused(step, match):
     with pytest.raises(ValueError, match=match):
         check_steps([Step.straight(0.1), step])
+
+
+@pytest.mark.parametrize(
+    ("degrees", "radians"), [(0, 0.0), (-90, -math.pi / 2), (400, 6.98131701), (-3600, -MAX_ANGLE)]
+)
+def test_degrees_of_a_turn_may_be_ten_turns(degrees: float, radians: float) -> None:
+    """Who says degrees means them, so `several_turns` is for radians alone, as with `woosh rotate 400`."""
+    assert radians_of(degrees) == pytest.approx(radians)
+    check_steps([Step.turn(radians_of(degrees))])
+    with pytest.raises(ValueError, match="ten turns"):
+        radians_of(3601)
