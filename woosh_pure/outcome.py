@@ -10,8 +10,10 @@ from woosh_pure.faults import with_words
 from woosh_pure.hints import OUTCOME, Hints
 from woosh_pure.language import Spoken
 
-__all__ = ["NOT_CONFIRMED", "Outcome", "OutcomeKind"]
+__all__ = ["ENDED_EARLY", "NOT_CONFIRMED", "Outcome", "OutcomeKind"]
 
+ENDED_EARLY = "woosh_pure.ended_early"
+"""The logger of goals that were cancelled because their Chassis or program ended."""
 NOT_CONFIRMED = "cancelled, but the chassis has not confirmed it"
 """Text of an outcome: the robot may not have heard the cancel."""
 

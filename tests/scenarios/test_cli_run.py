@@ -133,6 +133,7 @@ def test_the_page_shows_the_robot_and_a_changed_program_runs_again(tmp_path: Pat
         lines.until("the program has ended")
         body, kind = json.dumps({"do": "reset"}).encode(), {"content-type": "application/json"}
         urllib.request.urlopen(urllib.request.Request(f"{page}api/v1/simulator", body, kind), timeout=20)
+        lines.until("program.py starts again")
         lines.until("second")  # the reset of the page runs it again
 
 

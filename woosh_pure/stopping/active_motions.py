@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import atexit
 import itertools
+import logging
 import os
 import threading
 import time
@@ -28,7 +29,7 @@ from woosh_pure.connection.call_scope import CallScope, current
 from woosh_pure.connection.velocity_topics import VelocityTopics
 from woosh_pure.errors import MotionRefused
 from woosh_pure.interface.table import row
-from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
+from woosh_pure.outcome import ENDED_EARLY, NOT_CONFIRMED, Outcome, OutcomeKind
 from woosh_pure.stopping.immediate_stop import ImmediateStop, Stoppable, StopRequest
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop_executor import Job, StopExecutor, begin
@@ -216,7 +217,10 @@ class ActiveMotions:
         for drive in drives:
             drive.finish()
         if not self.leave:
-            cancel_goals(self.take_goals(), report, seconds, why)
+            goals = self.take_goals()
+            cancel_goals(goals, report, seconds, why)
+            for goal in goals:
+                logging.getLogger(ENDED_EARLY).info("%s: cancelled, because %s", goal, why)
         return report.problems
 
     def end_with_node(self, reason: str, elsewhere: Job[list[str]] | None = None) -> None:

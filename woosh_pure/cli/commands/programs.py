@@ -3,25 +3,46 @@
 from __future__ import annotations
 
 import atexit
+import logging
+import os
 import subprocess
 import sys
+import sysconfig
 import time
+import traceback
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack, suppress
+from logging.handlers import QueueHandler
 from pathlib import Path
+from queue import SimpleQueue
+from types import TracebackType
 from typing import TYPE_CHECKING
 
+import rosproto
+import woosh_pure
 from rosproto.cli import is_terminal, port, signals_ignored
 from rosproto.errors import RosTimeout
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_mark_options, simulated_marks
 from woosh_pure.cli.connection import chosen, connect, simulated
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import MotionRefused
+from woosh_pure.hints import MODULES, meant
+from woosh_pure.outcome import ENDED_EARLY
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
     from woosh_pure.sim import SimulatedChassis
     from woosh_pure.web.server import WebServer
+
+_OPTIONS = ("--sim", "--sim-speed", "--watch", "--page-port", "--mark", "--marks", "--chassis", "--master")
+"""Those of `woosh run` that are told where they stand behind the file, and so are the program's."""
+_LIBRARIES = (
+    "<frozen ",
+    *(os.path.join(sysconfig.get_path(name), "") for name in ("stdlib", "platstdlib", "purelib", "platlib")),
+    *(os.path.join(os.path.dirname(str(module.__file__)), "") for module in (rosproto, woosh_pure)),
+)
+"""How the file names of frames begin that are not the program's own."""
 
 
 def add_run(parser: ArgumentParser) -> None:
@@ -44,8 +65,39 @@ def run_run(args: Namespace, out: Output) -> int:
         return _watch(args, out)
     from rosproto.rospy import run_at
 
+    for word in args.arguments[:1] if args.arguments[:1] == ["--"] else args.arguments:
+        if (option := word.partition("=")[0]) in _OPTIONS:
+            out.line(
+                "{option} was given to {file}; to give it to woosh run, put it before the file: "
+                "woosh run {option} {file}",
+                option=option,
+                file=args.program,
+            )
+    code, ended_early = 1, SimpleQueue[logging.LogRecord]()
+    log = logging.getLogger(ENDED_EARLY)
+    log.propagate = False
+    log.setLevel(logging.INFO)
+    log.addHandler(QueueHandler(ended_early))
+
+    def tell() -> None:
+        if code == 0 and not ended_early.empty():
+            out.line(
+                "the program has ended, and so a motion that was under way was cancelled: `.wait()` may be "
+                "missing, as in chassis.forward(0.5).wait()"
+            )
+
+    def show(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        shown = traceback.TracebackException(kind, error, trace)
+        _leave_own_frames(shown)
+        print("".join(shown.format()), end="", file=sys.stderr)
+        if isinstance(error, ModuleNotFoundError) and (right := meant(MODULES, error.name or "")):
+            out.line("did you mean {names}?", names=f"`{right}`")
+
+    atexit.register(tell)  # called after the exit functions of the program
+    if not args.debug:
+        sys.excepthook = show
     address, own = (None, args.host) if args.sim else chosen(args)
-    return run_at(
+    code = run_at(
         lambda: _simulated(args, out) if args.sim else address,
         args.program,
         args.arguments,
@@ -53,6 +105,18 @@ def run_run(args: Namespace, out: Output) -> int:
         msg_path=args.msg_path or (),
         resolve=args.resolve or (),
     )
+    return code
+
+
+def _leave_own_frames(error: traceback.TracebackException) -> None:
+    """Remove the frames of libraries, and the causes that are within them."""
+    own = [frame for frame in error.stack if not frame.filename.startswith(_LIBRARIES)]
+    error.stack = traceback.StackSummary.from_list(own)
+    for name in ("__cause__", "__context__"):
+        if (cause := getattr(error, name)) is not None:
+            _leave_own_frames(cause)
+            if not cause.stack:
+                setattr(error, name, None)
 
 
 def _simulated(args: Namespace, out: Output) -> str:
@@ -66,6 +130,8 @@ def _simulated(args: Namespace, out: Output) -> str:
 
 def _watch(args: Namespace, out: Output) -> int:
     """Show the robot on a page, and run the program in processes of its own meanwhile."""
+    if not Path(args.program).is_file():
+        raise ValueError(say("{file}: there is no such file", file=args.program))
     from woosh_pure.cli.commands.web import page_arguments, page_of
 
     uri = _simulated(args, out) if args.sim else None
@@ -95,7 +161,8 @@ def _run_once(
 
     options = [f"--msg-path={one}" for one in args.msg_path or ()]
     options += [f"--resolve={one}" for one in args.resolve or ()]
-    words = ["rosproto.rospy", "--chassis", chassis.master_uri, *options, args.program, *args.arguments]
+    options += ["--lang", out.language, *(["--debug"] if args.debug else [])]
+    words = ["woosh_pure", "--master", chassis.master_uri, *options, "run", args.program, *args.arguments]
     before, ended = now(), False
     process = subprocess.Popen([sys.executable, "-m", *words])
     try:
@@ -122,3 +189,5 @@ def _run_once(
                 chassis.stop(everything=True)
     if simulator:
         simulator.reset()  # each run begins where the robot was switched on
+    if server.running:
+        out.line("{file} starts again", file=args.program)
