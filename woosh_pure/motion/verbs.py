@@ -84,23 +84,11 @@ class MotionVerbs:
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; a task that it may have
                 begun was cancelled if possible.
         """
-        return self._begin_task(
-            task_type,
-            mark,
-            direction,
-            poses=poses,
-            type_number=type_number,
-            custom=custom,
-            timeout=timeout,
-            check=check,
-            replace=replace,
-        )
+        way = [pose.require_sensible() for pose in poses]
+        order = TaskOrder(TaskType(task_type), mark, way, Direction(direction), type_number, custom)
+        return start_task(self._components, order, timeout=timeout, check=check, replace=replace)
 
-    def park(
-        self,
-        mark: str,
-        **options: Unpack[TaskOptions],
-    ) -> TaskHandle:
+    def park(self, mark: str, **options: Unpack[TaskOptions]) -> TaskHandle:
         """Drive to a parking mark (`/exec_task`, task type park). Returns at once.
 
         Args:
@@ -114,13 +102,9 @@ class MotionVerbs:
             ValueError: A number is not finite or out of range, or there is no target.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
-        return self._begin_task(TaskType.PARK, mark, Direction.UNDEFINED, **options)
+        return self.task(TaskType.PARK, mark, direction=Direction.UNDEFINED, **options)
 
-    def charge(
-        self,
-        mark: str,
-        **options: Unpack[TaskOptions],
-    ) -> TaskHandle:
+    def charge(self, mark: str, **options: Unpack[TaskOptions]) -> TaskHandle:
         """Drive to a charger and charge (`/exec_task`, task type charge). Returns at once.
 
         Args:
@@ -134,14 +118,9 @@ class MotionVerbs:
             ValueError: A number is not finite or out of range, or there is no target.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
-        return self._begin_task(TaskType.CHARGE, mark, Direction.UNDEFINED, **options)
+        return self.task(TaskType.CHARGE, mark, direction=Direction.UNDEFINED, **options)
 
-    def carry(
-        self,
-        mark: str,
-        direction: Direction,
-        **options: Unpack[TaskOptions],
-    ) -> TaskHandle:
+    def carry(self, mark: str, direction: Direction, **options: Unpack[TaskOptions]) -> TaskHandle:
         """Drive to a mark and load or unload there (`/exec_task`, task type carry). Returns at once.
 
         Args:
@@ -156,25 +135,7 @@ class MotionVerbs:
             ValueError: A number is not finite or out of range, or there is no target.
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer.
         """
-        return self._begin_task(TaskType.CARRY, mark, direction, **options)
-
-    def _begin_task(
-        self,
-        task_type: TaskType,
-        mark: str,
-        direction: Direction,
-        /,
-        *,
-        poses: Sequence[Pose2D] = (),
-        type_number: int = 0,
-        custom: int = 0,
-        timeout: float | None = 300.0,
-        check: bool = True,
-        replace: bool = False,
-    ) -> TaskHandle:
-        way = [pose.require_sensible() for pose in poses]
-        order = TaskOrder(TaskType(task_type), mark, way, Direction(direction), type_number, custom)
-        return start_task(self._components, order, timeout=timeout, check=check, replace=replace)
+        return self.task(TaskType.CARRY, mark, direction=direction, **options)
 
     # -- navigation ------------------------------------------------------------------------------------------
 
