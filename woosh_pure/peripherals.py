@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
 from rosproto.coercion import as_float, whole
 from rosproto.errors import RosTimeout
-from rosproto.sentence import advice, both, say
+from rosproto.sentence import advice, both, hint, say
 from woosh_pure.components import Components
 from woosh_pure.enums import COLOURS, LedState, NavDirection, NavigationMode
 from woosh_pure.errors import ChassisError, StaleState
 from woosh_pure.geometry import Footprint, Pose2D
+from woosh_pure.hints import COLOUR_WORDS, meant
 from woosh_pure.interface.table import row
 from woosh_pure.maps.gridmap import GridMap, grid_from_message, grid_message
 from woosh_pure.motion.action_goal import ActionHandle, ActionMotion
@@ -24,12 +26,6 @@ _FOOTPRINTS = {
     "local": "/move_base/local_costmap/set_footprint",
     "global": "/move_base/global_costmap/set_footprint",
 }
-
-
-def require_module(module: int) -> None:
-    """Check the number of a light strip's module; a wrong one raises a ValueError."""
-    if not 0 <= module <= 8:
-        raise ValueError(say("module {module}: expected 0 for all, or 1 to 8", module=module))
 
 
 class Peripherals:
@@ -53,7 +49,7 @@ class Peripherals:
 
         Args:
             state: A named state of the strip, or a colour: "red", "task-paused".
-            color: 24-bit RGB, (red, green, blue) with 0 to 255 each, or a name of `COLOURS`.
+            color: 24-bit RGB, (red, green, blue) with 0 to 255 each, "ff8000", or a name of `COLOURS`.
             strip: "base", "shelf" or "both".
             module: 0 all, 1 to 8 one module.
             urgency: Show "under maintenance".
@@ -64,22 +60,13 @@ class Peripherals:
             FirmwareLimit: The chassis's definition has no field for one of the values; nothing was sent.
             RosTimeout: The chassis has no such strip.
         """
-        require_module(module)
+        state, rgb = light_of(state, color, module)
         if strip not in (*_STRIPS, "both"):
             raise ValueError(
                 say('strip {strip!r} is not known; expected "base", "shelf" or "both"', strip=strip)
             )
-        if isinstance(state, str):
-            if color is None and state.lower() in COLOURS:
-                state, color = "none", state
-            name = state.upper().replace("-", "_")
-            if name not in LedState.__members__:
-                words = [word.lower().replace("_", "-") for word in LedState.__members__]
-                unknown = say("state {state!r} is not known", state=state)
-                raise ValueError(both(unknown, say("one of: {names}", names=[*words, *COLOURS])))
-            state = LedState[name]
         message = message_type("woosh_msgs/LED")()
-        message.submodule, message.normal, message.color = module, int(state), _rgb(color)
+        message.submodule, message.normal, message.color = module, int(state), rgb or 0
         message.urgency, message.abnormal = 0xFF * urgency, 0xFF * abnormal
         for name in _STRIPS if strip == "both" else (strip,):
             self._send_to_any(_STRIPS[name], "woosh_msgs/LED", message)
@@ -430,10 +417,37 @@ class Peripherals:
         _require_success(reply, f"{found[0]} ({type_name})")
 
 
-def _rgb(color: int | str | Sequence[int] | None) -> int:
-    if color is None:
-        return 0
-    number = COLOURS.get(color.lower()) if isinstance(color, str) else whole(color)
+def light_of(
+    state: LedState | str, color: int | str | Sequence[int] | None, module: int
+) -> tuple[LedState, int | None]:
+    """Return the named state and the colour, 24-bit RGB, of `Peripherals.light`; None for no colour.
+
+    Raises:
+        ValueError: A name is not known, or a number is out of range.
+    """
+    if not 0 <= module <= 8:
+        raise ValueError(say("module {module}: expected 0 for all, or 1 to 8", module=module))
+    if isinstance(state, str):
+        if color is None and state.lower() in COLOURS:
+            state, color = "none", state
+        words = {name.lower().replace("_", "-"): one for name, one in LedState.__members__.items()}
+        named = words.get(state.lower().replace("_", "-"))
+        if named is None:
+            unknown = say("state {state!r} is not known", state=state)
+            near = hint(meant(COLOUR_WORDS, state) or state, [*words, *COLOURS])
+            raise ValueError(both(unknown, *near, say("one of: {names}", names=[*words, *COLOURS])))
+        state = named
+    return state, None if color is None else _rgb(color)
+
+
+def _rgb(color: int | str | Sequence[int]) -> int:
+    if isinstance(color, str):
+        text = color.lower()
+        if text not in COLOURS and not re.fullmatch("#?[0-9a-f]{6}", text):
+            wrong = "color {text}: expected six hexadecimal digits RRGGBB, or {names}"
+            raise ValueError(say(wrong, text=color, names=list(COLOURS)))
+        return COLOURS[text] if text in COLOURS else int(text.lstrip("#"), 16)
+    number = whole(color)
     if number is not None:
         if not 0 <= number <= 0xFFFFFF:
             raise ValueError(say("color {color:#x}: expected 24-bit RGB, 0 to 0xFFFFFF", color=number))

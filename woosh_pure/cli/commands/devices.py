@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 
 from rosproto.cli import count, counted, folder_exists, natural, positive
 from rosproto.errors import RosTimeout
-from rosproto.sentence import both, hint, say
+from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_wait, enum_words, png_file, wait_for, word_of, write
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import COLOURS, LedState
 from woosh_pure.geometry import Pose2D, yaw_from_quaternion
-from woosh_pure.hints import COLOUR_WORDS, meant
-from woosh_pure.peripherals import require_module
+from woosh_pure.peripherals import light_of
 from woosh_pure.values.state import Image, Imu, LaserScan, PointCloud
 
 if TYPE_CHECKING:
@@ -288,29 +287,19 @@ def add_led(parser: ArgumentParser) -> None:
 
 
 def run_led(args: Namespace, out: Output) -> None:
-    words = enum_words(LedState)
     if args.list:
+        words = enum_words(LedState)
         for word in words:
             out.line(word)
         out.result({word: int(LedState[word_of(word)]) for word in words})
         return
-    if args.state is not None and args.color is None and args.state.lower() in COLOURS:
-        args.state, args.color = None, args.state
-    if args.state is None:
-        if not (args.color or args.urgency or args.abnormal):
-            raise ValueError(
-                "give a state (see --list) or --color COLOUR; what the strip shows is not reported"
-            )
-        args.state = "none"
-    if args.state not in words:
-        unknown = say("state {state!r} is not known", state=args.state)
-        near = hint(meant(COLOUR_WORDS, args.state) or args.state, [*words, *COLOURS])
-        raise ValueError(both(unknown, *near, say("one of: {names}", names=[*words, *COLOURS])))
-    require_module(args.module)
-    color = _color(args.color)
+    if args.state is None and not (args.color or args.urgency or args.abnormal):
+        raise ValueError("give a state (see --list) or --color COLOUR; what the strip shows is not reported")
+    state, color = light_of("none" if args.state is None else args.state, args.color, args.module)
+    [name] = enum_words([state])
     with connect(args, out) as chassis, out.working("looking for the light strip"):
         chassis.light(
-            LedState[word_of(args.state)],
+            state,
             color=color,
             strip=args.strip,
             module=args.module,
@@ -318,25 +307,8 @@ def run_led(args: Namespace, out: Output) -> None:
             abnormal=args.abnormal,
         )
     shown = "{strip} strip: {state}" if color is None else "{strip} strip: {state}, colour {color:06x}"
-    out.line(shown, strip=args.strip, state=args.state, color=color)
-    out.result({"strip": args.strip, "state": args.state, "color": color, "module": args.module})
-
-
-def _color(text: str | None) -> int | None:
-    if text is None:
-        return None
-    if text.lower() in COLOURS:
-        return COLOURS[text.lower()]
-    digits = text.lstrip("#")
-    if len(digits) != 6 or not all(c in "0123456789abcdefABCDEF" for c in digits):
-        raise ValueError(
-            say(
-                "--color {text}: expected six hexadecimal digits RRGGBB, or {names}",
-                text=text,
-                names=", ".join(COLOURS),
-            )
-        )
-    return int(digits, 16)
+    out.line(shown, strip=args.strip, state=name, color=color)
+    out.result({"strip": args.strip, "state": name, "color": color, "module": args.module})
 
 
 def add_say(parser: ArgumentParser) -> None:
