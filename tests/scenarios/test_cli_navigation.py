@@ -170,7 +170,7 @@ def test_marks_are_kept_and_used(sim, woosh, document, private_config):
     assert woosh("marks", "remove", "X3")[0] == 0
     code, _, err = woosh("marks", "remove", "X22")
     assert code == 1
-    assert "near names: X2" in err
+    assert "did you mean X2?" in err
 
 
 def test_a_list_without_marks_says_so(private_config, capsys):

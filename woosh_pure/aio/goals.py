@@ -39,6 +39,7 @@ class GoalHandle(Hints, Generic[P]):
         handle: The threaded one underneath.
         description: The goal in words.
         default_timeout: Default time limit of `wait()`, s; None waits for ever.
+        task_id, server: As those of `handle`.
     """
 
     _hints = HANDLE
@@ -46,15 +47,14 @@ class GoalHandle(Hints, Generic[P]):
     def __init__(self, handle: motion.GoalHandle[P], calls: ThreadCalls) -> None:
         self.handle = handle
         self.description, self.default_timeout = handle.description, handle.default_timeout
+        self.task_id, self.server = handle.task_id, handle.server
         self._calls = calls
 
     def __repr__(self) -> str:
         return f"<aio {repr(self.handle)[1:]}"
 
-    task_id = SameProperty[int](motion.GoalHandle.task_id, "handle")
     drives = SameProperty[bool](motion.GoalHandle.drives, "handle")
     holds_the_base = SameProperty[bool](motion.GoalHandle.holds_the_base, "handle")
-    server = SameProperty[str](motion.GoalHandle.server, "handle")
     outcome = SameProperty[Outcome | None](motion.GoalHandle.outcome, "handle")
     done = SameProperty[bool](motion.GoalHandle.done, "handle")
     progress = SameProperty[Progress](motion.GoalHandle.progress, "handle")

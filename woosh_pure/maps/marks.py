@@ -15,7 +15,6 @@ from rosproto.errors import RosError
 from rosproto.files import read_text, save_file
 from rosproto.profile import directory
 from rosproto.sentence import Sentence, both, hint, say
-from rosproto.text import near_names
 from woosh_pure.geometry import Pose2D
 
 NEAR_MARK = 0.4
@@ -113,12 +112,8 @@ class MarkFile:
         try:
             return self._marks[name]
         except KeyError:
-            near = ", ".join(near_names(name, self._marks, cutoff=NEAR_MARK)) or "none is near"
-            raise KeyError(
-                say(
-                    "mark {name!r} is not in {path}; near names: {near}", name=name, path=self.path, near=near
-                )
-            ) from None
+            missing = say("mark {name!r} is not in {path}", name=name, path=self.path)
+            raise KeyError(with_marks(missing, self._marks, name)) from None
 
     @property
     def names(self) -> list[str]:

@@ -351,31 +351,25 @@ class StepMotion(ActionMotion):
 
     def pause(self) -> None:
         """See `StepHandle.pause`."""
-        with self._in_turn():
-            self._pause()
-
-    def _pause(self) -> None:
         ended = say("{goal}: it has ended and cannot be paused", goal=self.description)
-        if self.done:
-            raise MotionRefused(ended)
-        goal = self._held = self._goal
-        try:
-            pause = self.components.clients.action(self.server).send_goal(
-                step_goal(StepControlMode.PAUSE, (), self._avoid)
-            )
-            result = pause.wait(5.0)
-            if result.result != 1:
-                raise MotionRefused("it reports that nothing was paused")
-        except RosError as error:
-            self._held = None
-            if self.done:  # the server reports the end before it answers the pause
-                raise MotionRefused(ended) from error
-            raise MotionRefused(
-                say("{goal}: the chassis did not confirm the pause: {why}", goal=self.description, why=error)
-            ) from error
-        # A goal that was recalled never began, and the result is of an earlier part.
-        if goal is not None and int(goal.status) != _RECALLED:
-            self._refine(result)
+        with self._in_turn():
+            if self.done:
+                raise MotionRefused(ended)
+            goal = self._held = self._goal
+            try:
+                client = self.components.clients.action(self.server)
+                result = client.send_goal(step_goal(StepControlMode.PAUSE, (), self._avoid)).wait(5.0)
+                if result.result != 1:
+                    raise MotionRefused("it reports that nothing was paused")
+            except RosError as error:
+                self._held = None
+                if self.done:  # the server reports the end before it answers the pause
+                    raise MotionRefused(ended) from error
+                unconfirmed = "{goal}: the chassis did not confirm the pause: {why}"
+                raise MotionRefused(say(unconfirmed, goal=self.description, why=error)) from error
+            # A goal that was recalled never began, and the result is of an earlier part.
+            if goal is not None and int(goal.status) != _RECALLED:
+                self._refine(result)
 
     def _refine(self, result: DynamicMessage) -> None:
         """Use the position of the pause in the chassis's result, which is more exact than the last report.
@@ -390,17 +384,14 @@ class StepMotion(ActionMotion):
     def resume(self) -> None:
         """See `StepHandle.resume`."""
         with self._in_turn():
-            self._resume()
-
-    def _resume(self) -> None:
-        if not self._paused:
-            raise MotionRefused(say("{goal}: it is not paused", goal=self.description))
-        self.components.motions.require_alone(self)
-        part = self._part = self._part.remaining()
-        goal = step_goal(StepControlMode.RESUME, part.steps, self._avoid)
-        client = self.components.clients.action(self.server)
-        goal_id = self._new_goal_id(client)
-        self.send(lambda: self._send_to(client, goal, goal_id))
+            if not self._paused:
+                raise MotionRefused(say("{goal}: it is not paused", goal=self.description))
+            self.components.motions.require_alone(self)
+            part = self._part = self._part.remaining()
+            goal = step_goal(StepControlMode.RESUME, part.steps, self._avoid)
+            client = self.components.clients.action(self.server)
+            goal_id = self._new_goal_id(client)
+            self.send(lambda: self._send_to(client, goal, goal_id))
 
     @contextmanager
     def _in_turn(self) -> Iterator[None]:

@@ -515,24 +515,16 @@ class GoalHandle(Hints, Generic[P]):
     Attributes:
         description: The goal in words.
         default_timeout: Default time limit of `wait()`, s; None waits for ever.
+        task_id: The id of a task; 0 for a goal of another kind.
+        server: The action server that has the goal, where a later one replaces it; "" for a task.
     """
 
     _hints = HANDLE
 
     def __init__(self, motion: Motion[P], default_timeout: float | None) -> None:
         self._motion = motion
-        self.description = motion.description
+        self.description, self.task_id, self.server = motion.description, motion.task_id, motion.server
         self.default_timeout = require_timeout(default_timeout)
-
-    @property
-    def task_id(self) -> int:
-        """The id of a task; 0 for a goal of another kind."""
-        return self._motion.task_id
-
-    @property
-    def server(self) -> str:
-        """The action server that has the goal, where a later one replaces it; "" for a task."""
-        return self._motion.server
 
     @property
     def drives(self) -> bool:

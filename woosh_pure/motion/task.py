@@ -381,11 +381,7 @@ class TaskMotion(Motion[RobotStatus]):
 
 
 class TaskHandle(GoalHandle[RobotStatus]):
-    """A task under way; its reports are every status that names it.
-
-    Attributes:
-        task_id: The random id it was given.
-    """
+    """A task under way; its reports are every status that names it."""
 
     _motion: TaskMotion
 
