@@ -233,9 +233,8 @@ class MotionVerbs:
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
-        return self.steps(
-            [Step.straight(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
-        )
+        step = Step.straight(distance, speed)
+        return self.steps(step, avoid=avoid, timeout=timeout, check=check, replace=replace)
 
     @usage("rotate(90, degrees=True), left(90) or right(90) in degrees, rotate(1.57) in rad")
     def rotate(
@@ -268,13 +267,9 @@ class MotionVerbs:
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
+        step, many = Step.turn(radians_of(angle) if degrees else angle, speed), several_turns or degrees
         return self.steps(
-            [Step.turn(radians_of(angle) if degrees else angle, speed)],
-            avoid=avoid,
-            timeout=timeout,
-            several_turns=several_turns or degrees,
-            check=check,
-            replace=replace,
+            step, avoid=avoid, timeout=timeout, several_turns=many, check=check, replace=replace
         )
 
     @usage("forward(0.5) in m, with a decimal point; forward(0.5, speed=0.2) in m/s")
@@ -320,9 +315,8 @@ class MotionVerbs:
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
-        return self.steps(
-            [Step.lateral(distance, speed)], avoid=avoid, timeout=timeout, check=check, replace=replace
-        )
+        step = Step.lateral(distance, speed)
+        return self.steps(step, avoid=avoid, timeout=timeout, check=check, replace=replace)
 
     def move_diagonal(
         self,
@@ -355,14 +349,8 @@ class MotionVerbs:
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
-        radians = math.radians(as_float(angle)) if degrees else angle
-        return self.steps(
-            [Step.diagonal(distance, radians, speed)],
-            avoid=avoid,
-            timeout=timeout,
-            check=check,
-            replace=replace,
-        )
+        step = Step.diagonal(distance, math.radians(as_float(angle)) if degrees else angle, speed)
+        return self.steps(step, avoid=avoid, timeout=timeout, check=check, replace=replace)
 
     def steps(
         self,
