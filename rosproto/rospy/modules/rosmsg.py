@@ -1,5 +1,7 @@
 """rosmsg as far as programs import it: texts of definitions."""
 
+import os
+
 from genpy.message import get_message_class, get_service_class
 
 from rosproto.errors import DefinitionError
@@ -15,6 +17,19 @@ class ROSMsgException(Exception):
 
 def _spelled(spec, raw):
     return spec.text if raw else "".join(line + "\n" for line in unfolded(spec, library().message))
+
+
+def _get_package_paths(pkgname, rospack):
+    """The folders of a package; programs use this private function."""
+    return [rospack.get_path(pkgname)]
+
+
+def iterate_packages(rospack, mode):
+    """(package, folder of its definitions) of every package that has messages, or services."""
+    for package in library().packages():
+        folder = os.path.join(library().folder(package) or "", mode.lstrip("."))
+        if os.path.isdir(folder):
+            yield package, folder
 
 
 def get_msg_text(type_, raw=False, rospack=None):

@@ -41,13 +41,18 @@ def get_node_names(namespace=None):
 
 def rosnode_listnodes(namespace=None, list_uri=False, list_all=False):
     """Print names of nodes, their URIs, or both."""
+    print(_sub_rosnode_listnodes(namespace, list_uri, list_all))
+
+
+def _sub_rosnode_listnodes(namespace=None, list_uri=False, list_all=False):
+    """Return what `rosnode_listnodes` prints; programs use this private function."""
     master = rosgraph.Master("/rosnode")
     rows = names = get_node_names(namespace)
     if list_uri or list_all:
         rows = [get_api_uri(master, name) or "unknown address" for name in names]
     if list_all:
         rows = ["%s \t%s" % row for row in zip(rows, names)]
-    print("\n".join(rows))
+    return "\n".join(rows)
 
 
 def _hosts():

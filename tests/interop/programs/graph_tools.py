@@ -97,6 +97,8 @@ except rosnode.ROSNodeException as error:
     print(error)
 rosnode.rosnode_listnodes()
 rosnode.rosnode_listnodes("/ns")
+print(rosnode._sub_rosnode_listnodes().split(), [rosnode._sub_rosnode_listnodes("/ns")])
+show(rosnode._sub_rosnode_listnodes(list_all=True))
 print(rosnode.rosnode_ping_all(), rosnode.rosnode_ping("/watcher", max_count=1, skip_cache=True))
 print(rosnode.rosnode_ping("/nobody", max_count=1), rosnode.get_api_uri(master, "/nobody"))
 for name in ("/dead", "/ghost"):

@@ -31,6 +31,7 @@ from rospy.impl.tcpros_pubsub import QueuedConnection, TCPROSHandler, TCPROSPub,
 from rospy.impl.tcpros_service import Service, ServiceImpl, ServiceProxy, convert_return_to_response
 from rospy.impl.transport import BIDIRECTIONAL, INBOUND, OUTBOUND, DeadTransport, ProtocolHandler, Transport
 from rospy.impl.validators import ParameterInvalid, non_empty
+from rospy.msg import deserialize_messages, serialize_message
 from std_msgs.msg import String
 from std_srvs.srv import Empty, EmptyResponse
 
@@ -85,6 +86,66 @@ try:
     non_empty("topic")("", None)
 except ParameterInvalid as error:
     print(error, non_empty("topic")("x", None))
+for validator in (
+    rospy.names.global_name("p"),
+    rospy.core.is_topic("p"),
+    rospy.core.valid_name("p"),
+    rospy.core.valid_name("p", False),
+):
+    for value in (
+        "",
+        "/",
+        None,
+        3,
+        "a",
+        "a/",
+        "/a/",
+        "~a",
+        "~",
+        "/a b",
+        "a:b",
+        "a//b",
+        "ftp://x",
+        "+1",
+        "\u00e9",
+        b"x",
+    ):
+        try:
+            print(value, validator(value, "/ns/me"))
+        except ParameterInvalid as error:
+            print(value, error)
+
+
+def buffer_of(*texts, cut=None):
+    """A buffer with messages, as a connection has received them."""
+    whole = io.BytesIO()
+    for text in texts:
+        serialize_message(whole, 0, String(text))
+    buffer = io.BytesIO()
+    buffer.write(whole.getvalue()[:cut])
+    return buffer
+
+
+for texts, cut, options in (
+    ([], None, {}),
+    (["a", "bb"], None, {}),
+    (["a", "bb", "c"], None, {"queue_size": 2}),
+    (["a", "bb", "c"], None, {"max_msgs": 1}),
+    (["a", "bb", "c"], None, {"start": 9}),
+    (["abc", "de"], -1, {}),
+    (["abc", "de"], -7, {}),
+    (["abc"], 3, {}),
+):
+    buffer, queue = buffer_of(*texts, cut=cut), [String("old")]
+    deserialize_messages(buffer, queue, String, **options)
+    print([message.data for message in queue], buffer.tell(), buffer.getvalue())
+for buffer in (None, io.BytesIO(b"\x03\0\0\0abc")):
+    try:
+        if buffer is not None:
+            buffer.seek(0, 2)
+        deserialize_messages(buffer, [], String)
+    except Exception as error:
+        print(type(error).__name__, str(error)[:20])
 
 for name in ("ROS_IP", "ROS_HOSTNAME"):
     os.environ.pop(name, None)
@@ -152,6 +213,13 @@ except KeyError as error:
     print("not cached", error)
 rospy.get_param_cached("cached")
 print(get_param_server_cache().get("/cached"))
+for key in ("/none", "/mine"):
+    try:
+        get_param_server_cache().update(key, 1)
+    except KeyError as error:
+        print("unknown", error)
+    get_param_server_cache().set("/mine", 2)
+print(get_param_server_cache().get("/mine"))
 
 
 class Server:

@@ -1,5 +1,6 @@
 """What programs use of rostopic, rosnode, rosmsg, roslib and actionlib beside the common functions."""
 
+import os
 import sys
 import time
 import warnings
@@ -9,6 +10,7 @@ import roslib.names
 import roslib.scriptutil
 import rosmsg
 import rosnode
+import rospkg
 import rospy
 import rostopic
 from actionlib_msgs.msg import GoalID
@@ -58,6 +60,12 @@ for mode, name in ((rosmsg.MODE_MSG, "std_msgs/None"), (rosmsg.MODE_SRV, "roscpp
     except OSError as error:
         print(error)
 print(sorted(rosmsg.list_types("roscpp", rosmsg.MODE_SRV)))
+for mode in (rosmsg.MODE_MSG, rosmsg.MODE_SRV):
+    folders = dict(rosmsg.iterate_packages(rospkg.RosPack(), mode))
+    print("std_msgs" in folders, "roscpp" in folders, mode)
+    print([os.path.isfile(os.path.join(folders["roscpp"], name)) for name in ("Logger.msg", "Empty.srv")])
+print([os.path.basename(path) for path in rosmsg._get_package_paths("std_msgs", rospkg.RosPack())])
+print(rostopic._get_topic_type("/out")[:2], rostopic._get_topic_type("/nothing"))
 rosnode.rosnode_cleanup()
 print(roslib.names.ns_join("a", "b"), roslib.rosenv.get_master_uri().startswith("http://"))
 print(roslib.scriptutil.get_master().getPid("/x")[:1], roslib.scriptutil.script_resolve_name("s", "n"))

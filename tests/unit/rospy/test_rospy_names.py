@@ -14,6 +14,8 @@ from tests.support.rospy_program import ROOT, output, run
 REACHED = """
     rospy.core.ROSInitException rospy.core.ROSInterruptException rospy.core.ns_join rospy.core.ParameterInvalid
     rospy.client.logwarn rospy.client.loginfo rospy.names.ns_join rospy.core._in_shutdown
+    rospy.core.global_name rospy.core.is_topic rospy.client._Unspecified rospy.service.logger rospy.service.rospyerr
+    rosgraph.roslogging.RospyLogger.findCaller rostopic._get_topic_type
     roslib.message.check_type roslib.packages.ROSPkgException rosnode._succeed
     tf2_ros.TFMessage tf2_ros.TransformStamped tf2_ros.BufferClient
     tf2_ros.transform_listener.TransformListener tf2_ros.transform_broadcaster.TransformBroadcaster
@@ -27,7 +29,8 @@ REACHED = """
 def test_names_of_modules_inside_are_reached_as_attributes(tmp_path: Path) -> None:
     """As programs and the packages beside them write them."""
     code = f"""
-        import actionlib, genpy, roslib.message, roslib.packages, rosnode, rospy, sensor_msgs.point_cloud2, tf, tf2_ros
+        import actionlib, genpy, rosgraph.roslogging, roslib.message, roslib.packages, rosnode, rospy, rostopic
+        import sensor_msgs.point_cloud2, tf, tf2_ros
         for name in {REACHED}:
             eval(name)
         print(tf2_ros.TransformListener.__module__)

@@ -23,6 +23,10 @@ class LoggingException(Exception):
     """Log files cannot be written."""
 
 
+class RospyLogger(logging.Logger):
+    """rospy's class of loggers, which programs patch for new Pythons; here they are Python's own."""
+
+
 class RosStreamHandler(logging.Handler):
     """Writes `[INFO] [1234.567890]: text`, or the format of ROSCONSOLE_FORMAT."""
 

@@ -210,7 +210,8 @@ def wait_for_message(topic, topic_type, timeout=None):
 # -- parameters ---------------------------------------------------------------------------------------------
 
 
-_unspecified = object()
+_Unspecified = object  # rospy's name for it
+_unspecified = _Unspecified()
 
 
 def get_param(param_name, default=_unspecified):

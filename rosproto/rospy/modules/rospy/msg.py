@@ -54,6 +54,26 @@ def args_kwds_to_message(data_class, args, kwds):
     return data_class(*args)
 
 
+def deserialize_messages(b, msg_queue, data_class, queue_size=None, max_msgs=None, start=0):
+    """Append the messages before the position of a buffer, each after its length; the rest stays there."""
+    try:
+        data, found = memoryview(b.getvalue())[start : b.tell()], []
+        while len(data) >= 4 and len(found) != max_msgs:
+            end = 4 + int.from_bytes(data[:4], "little")
+            if len(data) < end:
+                break
+            found.append(data_class().deserialize(bytes(data[4:end])))
+            data = data[end:]
+        msg_queue += found
+        del msg_queue[: -queue_size if queue_size else 0]
+    except Exception as error:
+        raise genpy.DeserializationError("cannot deserialize: %s" % error) from None
+    if found:
+        b.seek(start)
+        b.truncate()
+        b.write(data)
+
+
 def serialize_message(b, seq, msg):
     """Write the message, preceded by its length, to a buffer."""
     if getattr(msg.__class__, "_has_header", False):

@@ -22,9 +22,17 @@ from rosgraph.names import (
 )
 
 from .exceptions import ROSException, ROSInitException
+from .impl.validators import ParameterInvalid, validator_of
 
 TOPIC_ANYTYPE = ANYTYPE
 SERVICE_ANYTYPE = ANYTYPE
+
+_TEXT = (lambda value: isstring(value) and value, "must be a non-empty string")
+_LEGAL = (lambda value: not set(": ") & set(value), "contains illegal chars")
+_NOT_ROOT = (lambda value: value != GLOBALNS, "cannot be the global namespace")
+global_name = validator_of(_TEXT, (is_global, "must be a globally referenced name"))
+valid_name = validator_of(_TEXT, _LEGAL, meant=rosgraph.names.resolve_name)
+is_topic = validator_of(_NOT_ROOT, _TEXT, _LEGAL, meant=rosgraph.names.resolve_name)  # rospy.core's
 
 _mappings = load_mappings(sys.argv)
 _resolved_mappings = {}
@@ -83,18 +91,11 @@ _set_caller_id = set_caller_id  # rospy's name for it
 
 def resolve_name(name, caller_id=None):
     """Resolve and remap a name to a global name."""
-    if not caller_id:
-        caller_id = get_name()
-    if not name:
-        return namespace(caller_id)
-    name = canonicalize_name(str(name))
-    if name[0] == SEP:
-        resolved = name
-    elif is_private(name):
+    name, caller_id = canonicalize_name(str(name or "")), caller_id or get_name()
+    if is_private(name):
         resolved = ns_join(caller_id, name[1:])
-    else:
-        resolved = namespace(caller_id) + name
-    return _resolved_mappings.get(resolved, resolved)
+        return _resolved_mappings.get(resolved, resolved)
+    return rosgraph.names.resolve_name(name, caller_id, _resolved_mappings)
 
 
 def resolve_name_without_node_name(name):

@@ -1,5 +1,7 @@
 """rospy.service: ServiceException and ServiceManager."""
 
+from .core import *  # rospy's module has these names, too, and programs import them from here
+
 
 class ServiceException(Exception):
     """A service call failed; raised by a handler, it rejects the request."""

@@ -17,7 +17,7 @@ from rosproto.names import is_usable_name
 from . import core, names
 from ._topics import PublisherImpl, SubscriberImpl, TopicImpl
 from .exceptions import ROSException, ROSSerializationException
-from .impl.registration import Registration, get_registration_listeners
+from .impl.registration import Registration, get_registration_listeners, get_topic_manager
 from .impl.tcpros_base import DEFAULT_BUFF_SIZE
 from .msg import args_kwds_to_message
 
@@ -123,11 +123,6 @@ Message = genpy.Message
 # rospy's names for them
 _PublisherImpl, _SubscriberImpl, _TopicImpl = PublisherImpl, SubscriberImpl, TopicImpl
 _TopicManager = TopicManager
-
-
-def get_topic_manager():
-    """The topic table of this process."""
-    return manager
 
 
 class Topic:

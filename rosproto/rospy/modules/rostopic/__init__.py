@@ -41,16 +41,16 @@ def get_topic_type(topic, blocking=False):
 
     The function extracts the field from a message; None without a field.
     """
-    found = _typed(topic)
+    found = _get_topic_type(topic)
     if blocking and found[0] is None:
         sys.stderr.write("WARNING: topic [%s] does not appear to be published yet\n" % topic)
         while found[0] is None and not rospy.is_shutdown():
             time.sleep(0.1)
-            found = _typed(topic)
+            found = _get_topic_type(topic)
     return found
 
 
-def _typed(topic):
+def _get_topic_type(topic):
     known = dict(_types())
     name = topic if topic in known else None
     if name is None:

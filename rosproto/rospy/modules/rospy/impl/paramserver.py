@@ -1,13 +1,10 @@
 """rospy.impl.paramserver: the values that `rospy.get_param_cached` keeps up to date."""
 
-import threading
-
 
 class ParamServerCache:
     """Values by global name."""
 
     def __init__(self):
-        self.lock = threading.Lock()
         self._set = {}
 
     def get(self, key):
@@ -16,9 +13,8 @@ class ParamServerCache:
         Raises:
             KeyError: `get_param_cached` was not called for it, or it is not set.
         """
-        with self.lock:
-            if key in self._set:
-                return self._set[key]
+        if key in self._set:
+            return self._set[key]
         from rospy import client
 
         if not client.get_master().is_cached(key):
@@ -27,8 +23,12 @@ class ParamServerCache:
 
     def set(self, key, value):
         """Set the value that `get` returns."""
-        with self.lock:
-            self._set[key] = value
+        self._set[key] = value
+
+    def update(self, key, value):
+        """The same, but a KeyError when `get` does not know the key."""
+        self.get(key)
+        self.set(key, value)
 
     def delete(self, key):
         """Delete a value set here.
@@ -36,8 +36,7 @@ class ParamServerCache:
         Raises:
             KeyError: It was not set here.
         """
-        with self.lock:
-            del self._set[key]
+        del self._set[key]
 
 
 _cache = ParamServerCache()
