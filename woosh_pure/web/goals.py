@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from rosproto.errors import RosError
+from rosproto.sentence import say, shown
 from rosproto.text import printable, short
 from woosh_pure.errors import MotionRefused
 from woosh_pure.motion.motion import GoalHandle
@@ -43,10 +44,11 @@ COMMANDS = {
     "resume": "resume goal {goal}",
     "record": "record bag {recording}",
     "end_record": "end bag {recording}",
+    "delete_record": "delete bag {recording}",
     "set_pose": "set the pose to {x:.2f} {y:.2f} m, {yaw:.2f} rad",
     "stop": "stop",
     "stop_ours": "stop what is ours",
-    "drive": "drive",
+    "drive": "drive by hand",
     "save_mark": "save mark {mark}",
     "change_mark": "change mark {mark}",
     "delete_mark": "delete mark {mark}",
@@ -59,7 +61,7 @@ class Command(NamedTuple):
     """A command of a client.
 
     Attributes:
-        text: The command in English.
+        text: The command as a sentence.
         key: Its kind, for programs that have their own words: "mark", "rotate", "stop" ...
         values: Its values, in m and rad.
     """
@@ -71,7 +73,7 @@ class Command(NamedTuple):
 
 def command(key: str, **values: object) -> Command:
     """Make a command from its key and values."""
-    return Command(COMMANDS[key].format_map(values), key, values)
+    return Command(say(COMMANDS[key], **values), key, values)
 
 
 class Journal:
@@ -93,7 +95,7 @@ class Journal:
         text, key, values = what if isinstance(what, Command) else Command(what)
         with self._lock:
             number = next(self._numbers)
-            began, who, text = round(time.time(), 3), short(printable(who), 200), short(printable(text), 200)
+            began, who, text = round(time.time(), 3), short(printable(who), 200), short(shown(text), 200)
             entry = Entry(
                 id=number,
                 at=began,
@@ -123,7 +125,7 @@ class Journal:
         said: dict[str, str] | None = None,
     ) -> None:
         """Note the end of an entry, with `reasons` and `said`. A dropped entry is ignored."""
-        ended, text = round(time.time(), 3), short(printable(text), 1000)
+        ended, text = round(time.time(), 3), short(shown(text), 1000)
         changes = {"state": state, "text": text, "ended": ended, "reasons": reasons, "said": said}
         with self._lock:
             if number in self._entries:
@@ -200,12 +202,12 @@ class Goal:
             "key": self.what.key,
             "values": dict(self.what.values),
             "who": self.who,
-            "description": printable(self.handle.description),
+            "description": shown(self.handle.description),
             "begun": self.begun,
             "state": self._state(),
             "done": self.done,
             "arrived": None if outcome is None else outcome.arrived,
-            "progress": printable(str(progress)) if outcome is None else "",
+            "progress": shown(str(progress)) if outcome is None else "",
             "percent": _rounded(progress.percent),
             "metres_left": _rounded(progress.metres_left),
             "pose": None if progress.pose is None else pose_part(progress.pose),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from http import HTTPStatus
+from typing import Any
 
 from rosproto.errors import (
     BagError,
@@ -17,7 +18,7 @@ from rosproto.sentence import Sentence, say, sentence_of, shown
 from rosproto.text import printable
 from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
 from woosh_pure.language import translated
-from woosh_pure.web.snapshot import reasons_part, said_part
+from woosh_pure.web.snapshot import plain, reasons_part, said_part
 
 MEDIA_TYPE = "application/problem+json"
 _logger = get_logger("woosh_pure.web")
@@ -113,22 +114,22 @@ class Problem(Exception):
         """A copy to raise again, without the traceback of this one."""
         return Problem(self.status, self.text, self.kind, facts=self.facts)
 
-    def document(self, instance: str, language: str = "en") -> dict[str, object]:
+    def document(self, instance: str, language: str = "en") -> Any:
         """The problem+json document.
 
         Args:
             instance: The requested path.
-            language: Language of `detail`; English if there is no translation.
+            language: Language of its sentences; English if there is no translation.
         """
         kind = self.kind or STATUS_KINDS.get(self.status, "problem")
-        return {
+        document = {
             "type": f"urn:woosh:{kind}",
             "title": title_of(self.status),
             "status": self.status,
-            "detail": printable(translated(shown(self.text), language)),
+            "detail": say(self.text),
             "instance": instance,
-            **self.facts,
         }
+        return worded({**document, **self.facts}, language)
 
 
 def for_clients(text: str) -> str:
@@ -139,6 +140,15 @@ def for_clients(text: str) -> str:
 def language_of(headers: Mapping[str, str]) -> str:
     """Return the first language of `Accept-Language`: "zh", or else "en"."""
     return "zh" if headers.get("accept-language", "").strip().lower().startswith("zh") else "en"
+
+
+def worded(document: object, language: str) -> Any:
+    """Return a document with its sentences in a language; texts that are data stay."""
+
+    def one(text: str) -> str:
+        return printable(translated(shown(text), language)) if isinstance(text, Sentence) else text
+
+    return plain(document, text=one)
 
 
 def problem_of(error: Exception) -> Problem:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypedDict, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, SkipValidation, model_validator
 
 from rosproto.sentence import say
 from woosh_pure.enums import Direction
@@ -51,6 +51,10 @@ class Request(BaseModel):
     """Base of all requests: no type is converted, and no unknown member is ignored."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
+
+
+Words = Annotated[str, SkipValidation]
+"""A sentence that stays one, for a reader in another language."""
 
 
 class Answer(BaseModel):
@@ -348,7 +352,7 @@ class Reason(Answer):
     """One reason not to move; `key` and `values` are for programs that have words of their own."""
 
     key: str
-    text: str
+    text: Words
     values: dict[str, object]
     blocking: bool
     doubt: bool
@@ -524,9 +528,9 @@ class Entry(Answer):
     id: Annotated[int, Field(description="grows by one with each entry")]
     at: Annotated[float, Field(description="when it began, s since 1970; `ended` is null before its end")]
     who: str
-    what: str
+    what: Words
     state: Annotated[str, Field(description="`under way`, or how it ended: `arrived`, `refused`, `done` ...")]
-    text: str
+    text: Words
     ended: float | None
     goal: Annotated[str, Field(description="id of the goal that the entry is about, or empty")]
     key: Annotated[str, Field(description="what was asked for; `values` are in m and rad")]

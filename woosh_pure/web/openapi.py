@@ -19,8 +19,8 @@ TEXT = (
     "A Woosh chassis for any language. Units are m, rad, s; poses are in the map. Nothing moves by a GET, "
     "and HEAD works wherever GET does. POST /api/v1/stop is not an emergency stop; it stops the robot "
     "before it reports problems, so a stop that is answered with an error has been sent, too. A DELETE "
-    "deletes: the next one is answered with 404. Errors are application/problem+json, in English, "
-    "or in Chinese with `Accept-Language: zh`."
+    "deletes: the next one is answered with 404. Errors are application/problem+json. Sentences are English, "
+    "or Chinese with `Accept-Language: zh`."
 )
 _OF_ALL, _OF_CHANGES, _OF_BODIES = (413, 421, 429, 500, 503), (403,), (408, 422)
 _SCHEMES = {"token": {"type": "http", "scheme": "bearer", "description": "browsers may POST it to login"}}

@@ -21,9 +21,9 @@ from woosh_pure.interface.recorded_topics import selection_of
 from woosh_pure.web.http_errors import Problem
 
 MAX_SECONDS, MAX_BYTES, MIN_FREE_BYTES, MAX_KEPT = 3600.0, 1 << 30, 1 << 29, 20
-NOT_WRITTEN = "the bag cannot be written; the log of the server says why"
+NOT_WRITTEN = say("the bag cannot be written; the log of the server says why")
 """Answers do not contain paths of this computer."""
-NO_ROOM = "the disk of the server is nearly full; the bag holds what came until then"
+NO_ROOM = say("the disk of the server is nearly full; the bag holds what came until then")
 End = Literal["", "asked", "limit", "no-room", "not-written"]
 """Why a recording ended: "" while it runs; somebody asked; its longest time or largest size was reached; the
 disk is nearly full; the bag cannot be written."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import DynamicMessage
+from rosproto.sentence import say
 from woosh_pure.chassis import Chassis, components_of
 from woosh_pure.feed.feed import Feed
 from woosh_pure.stopping.report import StopReport
@@ -164,7 +165,7 @@ class Robot:
         """Begin a stop without waiting. An open drive has ended when this returns, and what was requested
         before cannot begin any more; the stop goes on.
         """
-        why = f"{who} stopped the robot"
+        why = say("{who} stopped the robot", who=who)
         self.manual_drive.halt(why)
         components_of(self.chassis).motions.note_stop(why)
         return self._stops.begin(who, everything)

@@ -12,6 +12,7 @@ from functools import partial
 from typing import Any
 
 from rosproto import json_values
+from rosproto.sentence import say, shown
 from rosproto.text import printable
 from woosh_pure.faults import Faults, with_words
 from woosh_pure.feed.feed import Reading
@@ -109,7 +110,7 @@ def readiness_part(readiness: Readiness) -> dict[str, object]:
     """Whether the robot would move ("yes", "no" or "not known"), and why not."""
     return {
         "answer": readiness.answer.value,
-        "text": str(readiness),
+        "text": say(str(readiness)),
         "reasons": reasons_part(readiness.reasons),
     }
 
@@ -119,7 +120,7 @@ def reasons_part(reasons: Iterable[Reason]) -> list[dict[str, object]]:
     return [
         {
             "key": str(reason.key),
-            "text": printable(reason.text),
+            "text": shown(say(reason.text)),
             "values": plain(getattr(reason.text, "values", {})),
             "blocking": reason.blocking,
             "doubt": reason.doubt,
@@ -144,7 +145,7 @@ def faults_part(faults: Faults) -> dict[str, object]:
     return {
         "known": faults.known,
         "present": faults.present,
-        "text": str(faults),
+        "text": say(str(faults)),
         "active": [
             {
                 "code": fault.code,

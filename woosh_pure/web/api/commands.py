@@ -22,6 +22,7 @@ from woosh_pure.web.access import Client
 from woosh_pure.web.api.dependencies import (
     CREATED,
     PROBLEMS,
+    answer_to,
     check_command,
     client_of,
     context_of,
@@ -79,7 +80,7 @@ def create_goal(
             begin = partial(_begin, robot, client, body)
             goal = robot.idempotent_answers.give(client.name, key.strip('"'), body.model_dump_json(), begin)
     response.headers["location"] = f"{request.url.path}/{goal['id']}"
-    return goal
+    return answer_to(request, goal)
 
 
 def _begin(robot: Robot, client: Client, body: models.GoalRequest) -> dict[str, object]:
@@ -124,13 +125,13 @@ def _target(body: models.GoalRequest, mark: UserMark | None) -> dict[str, float]
 @goals.get("/goals", response_model=list[models.Goal])
 def list_goals(request: Request) -> list[dict[str, object]]:
     """The last goals, the oldest first."""
-    return [goal.as_json() for goal in robot_of(request).goals.all()]
+    return answer_to(request, [goal.as_json() for goal in robot_of(request).goals.all()])
 
 
 @goals.get("/goals/{goal}", response_model=models.Goal)
 def get_goal(goal: str, request: Request) -> dict[str, object]:
     """One goal by its id."""
-    return robot_of(request).goals.get(goal).as_json()
+    return answer_to(request, robot_of(request).goals.get(goal).as_json())
 
 
 @goals.get("/goals/{goal}/wait", response_model=models.Goal)
@@ -143,13 +144,13 @@ async def wait_for_goal(
         if context_of(request).closed or await request.is_disconnected():
             break
         await asyncio.sleep(0.05)
-    return await run_in_threadpool(found.as_json)
+    return answer_to(request, await run_in_threadpool(found.as_json))
 
 
 @goals.post("/goals/{goal}/cancel", response_model=models.Goal, responses=problems(409))
 def cancel_goal(goal: str, request: Request) -> dict[str, object]:
     """Cancel the goal, and wait until the robot confirms. It may have arrived meanwhile."""
-    return _cancelled(goal, request).as_json()
+    return answer_to(request, _cancelled(goal, request).as_json())
 
 
 @goals.delete(
@@ -170,7 +171,7 @@ def delete_goal(goal: str, request: Request, response: Response) -> dict[str, ob
     else:
         response.status_code = 202
         response.headers["location"] = request.url.path
-    return found.as_json()
+    return answer_to(request, found.as_json())
 
 
 def _cancelled(number: str, request: Request) -> Goal:
@@ -213,7 +214,7 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, object]:
     act()
     goal.paused = verb == "pause"
     robot.journal.note(client.name, command(verb, goal=goal.id))
-    return goal.as_json()
+    return answer_to(request, goal.as_json())
 
 
 # -- lease: GET, POST and DELETE; POST lease/grant -----------------------------------------------------------
@@ -276,7 +277,7 @@ _BAG: dict[int | str, dict[str, object]] = {
 @recordings.get("/recordings", response_model=list[models.Recording])
 def list_recordings(request: Request) -> list[dict[str, object]]:
     """The recordings of this server, the oldest first."""
-    return [one.as_json() for one in robot_of(request).recordings.all()]
+    return answer_to(request, [one.as_json() for one in robot_of(request).recordings.all()])
 
 
 @recordings.post(
@@ -295,13 +296,13 @@ def create_recording(
     found = robot.recordings.begin(client.name, body.seconds, body.camera)
     robot.journal.note(client.name, command("record", recording=found.id), "begun")
     response.headers["location"] = f"{request.url.path}/{found.id}"
-    return found.as_json()
+    return answer_to(request, found.as_json())
 
 
 @recordings.get("/recordings/{recording}", response_model=models.Recording)
 def get_recording(recording: str, request: Request) -> dict[str, object]:
     """One recording by its id."""
-    return robot_of(request).recordings.get(recording).as_json()
+    return answer_to(request, robot_of(request).recordings.get(recording).as_json())
 
 
 @recordings.post("/recordings/{recording}/end", response_model=models.Recording)
@@ -312,7 +313,7 @@ def end_recording(recording: str, request: Request) -> dict[str, object]:
     found = robot.recordings.end(recording)
     if running:
         robot.journal.note(client.name, command("end_record", recording=found.id))
-    return found.as_json()
+    return answer_to(request, found.as_json())
 
 
 @recordings.delete("/recordings/{recording}", response_model=models.Recording, responses=problems(409))
@@ -323,8 +324,8 @@ def delete_recording(recording: str, request: Request) -> dict[str, object]:
     if found.running:
         raise _runs(found)
     robot.recordings.remove(recording)
-    robot.journal.note(client.name, f"delete bag {found.id}")
-    return found.as_json()
+    robot.journal.note(client.name, command("delete_record", recording=found.id))
+    return answer_to(request, found.as_json())
 
 
 def _runs(recording: Recording) -> Problem:

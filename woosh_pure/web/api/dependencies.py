@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import cast
+from typing import Any, cast
 
 from fastapi import Path, Request
 
 from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, title_of
+from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of, title_of, worded
 from woosh_pure.web.robot import Robot
 
 SESSION = "x-woosh-session"
@@ -56,6 +56,11 @@ def context_of(request: Request) -> WebContext:
 def robot_of(request: Request) -> Robot:
     """Return the robot named in the path, or the first one."""
     return context_of(request).robot(request.path_params.get("robot"))
+
+
+def answer_to(request: Request, document: object) -> Any:
+    """Return a document with its sentences in the language of the request."""
+    return worded(document, language_of(request.headers))
 
 
 def address_of(request: Request) -> str:

@@ -6,6 +6,7 @@ from urllib.parse import quote
 
 from fastapi import APIRouter, Path, Request, Response
 
+from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark
 from woosh_pure.reasons import ReasonKey
@@ -56,7 +57,9 @@ def change_mark(body: models.MarkChange, request: Request, mark: str = _NAME) ->
     if pose is not None:
         changes["pose"] = pose
     changed = robot.marks.change(mark, changes)
-    robot.journal.note(client.name, command("change_mark", mark=mark), text=f"now {changed.name}")
+    robot.journal.note(
+        client.name, command("change_mark", mark=mark), text=say("now {name}", name=changed.name)
+    )
     return mark_part(changed)
 
 
@@ -90,5 +93,5 @@ def _here(robot: Robot) -> Pose2D:
     here: Pose2D = robot.feed("pose").wait(HERE_SECONDS)
     for reason in robot.chassis.readiness().reasons:
         if reason.key is ReasonKey.NOT_LOCALISED:
-            raise Problem(409, str(reason.text), "not-localised")
+            raise Problem(409, reason.text, "not-localised")
     return here.require_sensible()

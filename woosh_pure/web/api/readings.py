@@ -14,12 +14,13 @@ from starlette.types import Receive, Scope, Send
 from rosproto.errors import RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.numeric import encode_png
+from rosproto.sentence import say
 from woosh_pure import interface
 from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
 from woosh_pure.maps.gridmap import grid_from_message
 from woosh_pure.web import models
-from woosh_pure.web.api.dependencies import PROBLEMS, connected, context_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, answer_to, connected, context_of, problems, robot_of
 from woosh_pure.web.camera import COSTMAP, jpeg_of
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import Problem
@@ -41,39 +42,40 @@ def get_status(request: Request) -> dict[str, object]:
     chassis, readiness = robot.chassis, robot.chassis.readiness()
     status, battery, pose = chassis.status.known, chassis.battery.known, chassis.pose.known
     known = [age for age in ages(robot.readings()).values() if age is not None]
-    return {
+    document = {
         "robot": robot.name,
         "state": None if status is None else status.value.robot_state.name,
         "battery_percent": None if battery is None else battery.value.percent,
         "pose": None if pose is None else pose_part(pose.value),
         "ready": readiness.answer.value,
-        "text": str(readiness),
+        "text": say(str(readiness)),
         "age": min(known, default=None),
     }
+    return answer_to(request, document)
 
 
 @state.get("/snapshot", response_model=models.Snapshot)
 def get_snapshot(request: Request) -> dict[str, object]:
     """The whole state at once, with the age of each part."""
-    return robot_state.snapshot(robot_of(request))
+    return answer_to(request, robot_state.snapshot(robot_of(request)))
 
 
 @state.get("/readiness", response_model=models.Readiness)
 def get_readiness(request: Request) -> dict[str, object]:
     """Whether the robot would move now, and if not, why."""
-    return readiness_part(robot_of(request).chassis.readiness())
+    return answer_to(request, readiness_part(robot_of(request).chassis.readiness()))
 
 
 @state.get("/faults", response_model=models.Faults)
 def get_faults(request: Request) -> dict[str, object]:
     """The faults that are active now."""
-    return faults_part(robot_of(request).chassis.faults)
+    return answer_to(request, faults_part(robot_of(request).chassis.faults))
 
 
 @journal.get("/journal", response_model=list[models.Entry])
-def get_journal(request: Request) -> list[models.Entry]:
+def get_journal(request: Request) -> list[dict[str, object]]:
     """What was done, by whom, and how it ended; the oldest first."""
-    return robot_of(request).journal.entries()
+    return answer_to(request, [entry.model_dump() for entry in robot_of(request).journal.entries()])
 
 
 @robots.get("/robots", response_model=list[models.RobotEntry])

@@ -20,7 +20,7 @@ from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web import models
-from woosh_pure.web.api.dependencies import PROBLEMS, check_command, context_of, name_of, problems
+from woosh_pure.web.api.dependencies import PROBLEMS, answer_to, check_command, context_of, name_of, problems
 from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
 from woosh_pure.web.middleware import MAX_BODY
@@ -57,13 +57,14 @@ async def stop(request: Request) -> Response:
         raise
     complaint = complaint or _of_method(request) or body.complaint()
     if complaint is None:
-        return JSONResponse(stop_part(report))
+        return JSONResponse(answer_to(request, stop_part(report)))
     complaint.text = say(
         "stopped anyway: {report}; but {complaint}",
         report=str(report),
         complaint=say(complaint.text),
     )
-    document = {**stop_part(report), **complaint.document(request.url.path, language_of(request.headers))}
+    problem = complaint.document(request.url.path, language_of(request.headers))
+    document = {**answer_to(request, stop_part(report)), **problem}
     headers = {"connection": "close"} if complaint.status in (408, 413) else {}
     if complaint.status == 405:
         headers["allow"] = "POST"
@@ -204,5 +205,5 @@ def set_pose(body: models.PoseRequest, request: Request) -> dict[str, object]:
     except Exception as error:
         robot.journal.end(entry, "failed", str(error))
         raise
-    robot.journal.end(entry, "sent", "whether it has found itself there is told by its readiness")
+    robot.journal.end(entry, "sent", say("whether it has found itself there is told by its readiness"))
     return {"x": pose.x, "y": pose.y, "yaw": pose.yaw}

@@ -8,6 +8,7 @@ import math
 import threading
 
 from rosproto.errors import RosError
+from rosproto.sentence import say
 from woosh_pure.chassis import Chassis
 from woosh_pure.velocity.drive import Drive
 from woosh_pure.web.http_errors import Problem
@@ -51,7 +52,7 @@ class ManualDrive:
         with self._lock:  # a new press waits for the zeros of the last drive
             self._lock.wait_for(lambda: self._closed or self.driver != driver, ZEROS_SECONDS)
             if self._closed or self.driver is not None:
-                raise Problem(409, self._closed or f"{self.driver} drives now", "busy")
+                raise Problem(409, self._closed or say("{driver} drives now", driver=self.driver), "busy")
             self.driver = driver
         try:
             drive = self._begin()

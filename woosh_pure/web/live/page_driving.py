@@ -211,9 +211,9 @@ class PageDriving:
                 self._tell_drive("ended", reason, text)
             return
         self._driving = False
-        why = text or f"the control on the page: {reason}"
+        why = text or say("the control on the page: {reason}", reason=reason)
         self._robot.manual_drive.halt(why)
-        self._robot.journal.end(self._drive_entry, "done", f"ended: {text or reason}")
+        self._robot.journal.end(self._drive_entry, "done", say("ended: {why}", why=say(text or reason)))
         self._tell_drive("ended", reason, text, reasons=list(reasons))
         self._context.drives.start(self._robot.manual_drive.finish, why)
 

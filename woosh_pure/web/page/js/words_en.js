@@ -121,6 +121,7 @@ export const en = {
   "what.resume": "Resume no. {goal}",
   "what.record": "Record no. {recording}",
   "what.end_record": "End recording no. {recording}",
+  "what.delete_record": "Delete recording no. {recording}",
   "what.set_pose": "Corrected its position",
   "what.stop": "STOP",
   "what.stop_ours": "STOP, except what others have begun",

@@ -121,6 +121,7 @@ export const zh = {
   "what.resume": "继续第 {goal} 项",
   "what.record": "开始第 {recording} 次录制",
   "what.end_record": "结束第 {recording} 次录制",
+  "what.delete_record": "删除第 {recording} 次录制",
   "what.set_pose": "校正机器人的位置",
   "what.stop": "停止",
   "what.stop_ours": "停止（别人启动的除外）",
