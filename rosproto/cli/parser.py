@@ -79,7 +79,7 @@ class Parser(argparse.ArgumentParser):
     """
 
     examples: Sequence[str] = ()
-    meant: Callable[[str], str | None] = {}.get
+    meant: Callable[[str], str | None] = staticmethod(lambda word: None)
 
     @property
     def actions(self) -> Sequence[argparse.Action]:
