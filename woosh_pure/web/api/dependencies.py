@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Any, cast
+from typing import TypeVar, cast
 
 from fastapi import Path, Request
 
@@ -13,6 +13,7 @@ from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of, title_o
 from woosh_pure.web.robot import Robot
 
 SESSION = "x-woosh-session"
+T = TypeVar("T")
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, object]]:
@@ -58,9 +59,9 @@ def robot_of(request: Request) -> Robot:
     return context_of(request).robot(request.path_params.get("robot"))
 
 
-def answer_to(request: Request, document: object) -> Any:
+def answer_to(request: Request, document: T) -> T:
     """Return a document with its sentences in the language of the request."""
-    return worded(document, language_of(request.headers))
+    return cast("T", worded(document, language_of(request.headers)))
 
 
 def address_of(request: Request) -> str:
