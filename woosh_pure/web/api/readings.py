@@ -42,7 +42,7 @@ def get_status(request: Request) -> dict[str, object]:
     chassis, readiness = robot.chassis, robot.chassis.readiness()
     status, battery, pose = chassis.status.known, chassis.battery.known, chassis.pose.known
     known = [age for age in ages(robot.readings()).values() if age is not None]
-    document = {
+    document: dict[str, object] = {
         "robot": robot.name,
         "state": None if status is None else status.value.robot_state.name,
         "battery_percent": None if battery is None else battery.value.percent,
