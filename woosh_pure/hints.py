@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -183,6 +183,11 @@ class SettingHints(Hints):
                 text = f"{type(self).__name__!r} object has no attribute {name!r} to set; a call does it"
                 raise AttributeError(f"{text}, such as forward(0.5, speed=0.2)", name=name, obj=self)
             object.__setattr__(self, name, value)
+
+
+def refuse_call(feed: object, *_: object) -> NoReturn:
+    """The `__call__` of what has a value: `chassis.battery()`."""
+    raise TypeError(f"{type(feed).__name__!r} object is not callable; use .latest, or .wait()")
 
 
 def usage(right: str) -> Callable[[Callable[P, T]], Callable[P, T]]:

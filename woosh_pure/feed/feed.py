@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto import Node, Subscriber
 from rosproto.codec import decoder
@@ -27,7 +27,7 @@ from woosh_pure.connection.connection import Connection
 from woosh_pure.errors import StaleState
 from woosh_pure.feed.type_adapter import TypeAdapter
 from woosh_pure.geometry import Velocity
-from woosh_pure.hints import FEED, Hints
+from woosh_pure.hints import FEED, Hints, refuse_call
 from woosh_pure.interface import find, row
 from woosh_pure.interface.schema import Row
 from woosh_pure.values.convert import prepare, stamp_of, to_value
@@ -98,9 +98,7 @@ class Newest(Hints, Generic[T]):
         return self.reading is not None
 
     if not TYPE_CHECKING:
-
-        def __call__(self, *_: object) -> NoReturn:
-            raise TypeError(f"{type(self).__name__!r} object is not callable; use .latest, or .wait()")
+        __call__ = refuse_call
 
 
 class Feed(Newest[T]):
@@ -141,7 +139,7 @@ class Feed(Newest[T]):
     def __repr__(self) -> str:
         newest = self.known
         heard = "not heard yet" if newest is None else f"{self.count} heard, age {newest.age:.2f} s"
-        return f"<Feed {self.row.name} {self.row.type}: {heard}; its newest value is .latest>"
+        return f"<Feed {self.row.name} {self.row.type}: {heard}; see .latest>"
 
     @property
     def topic(self) -> str:

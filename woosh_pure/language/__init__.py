@@ -70,7 +70,7 @@ def language_of(
     """One of `LANGUAGES`.
 
     Args:
-        words: Of the command line; a wrong value of --lang is the parser's to refuse, in the user's language.
+        words: Of the command line; a wrong value of --lang is the parser's to refuse, in Chinese if it was meant.
         environment: LC_ALL, LC_MESSAGES or LANG, the first that is set; None for the process's own.
         platform: As `sys.platform`.
         stream: Where it is to be printed: what cannot be shown there is not chosen unless --lang says so.
@@ -79,8 +79,8 @@ def language_of(
         name, equals, value = word.partition("=")
         if name == "--lang":
             given = value if equals else next(iter(words[number + 1 :]), "")
-            if given in LANGUAGES or given[:2].lower() in ("zh", "cn"):
-                return given if given in LANGUAGES else "zh"
+            meant = "zh" if given[:2].lower() in ("zh", "cn") else "en"
+            return given if given in LANGUAGES else meant
         if word == "--":
             break
     environment = os.environ if environment is None else environment

@@ -149,7 +149,7 @@ def test_a_guess_that_is_set_is_refused_and_another_name_is_the_programs_own() -
 
 
 def test_a_feed_names_its_value_when_it_is_printed_or_called() -> None:
-    assert repr(CHASSIS.battery).endswith("; its newest value is .latest>")
+    assert repr(CHASSIS.battery).endswith("; see .latest>")
     for feed in (CHASSIS.battery, CHASSIS.aio.battery):
         with pytest.raises(TypeError, match=r"not callable; use \.latest"):
             feed()  # type: ignore[operator]

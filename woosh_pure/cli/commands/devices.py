@@ -16,7 +16,6 @@ from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import COLOURS, LedState
 from woosh_pure.geometry import Pose2D, yaw_from_quaternion
-from woosh_pure.peripherals import light_of
 from woosh_pure.values.state import Image, Imu, LaserScan, PointCloud
 
 if TYPE_CHECKING:
@@ -293,6 +292,8 @@ def run_led(args: Namespace, out: Output) -> None:
             out.line(word)
         out.result({word: int(LedState[word_of(word)]) for word in words})
         return
+    from woosh_pure.peripherals import light_of
+
     if args.state is None and not (args.color or args.urgency or args.abnormal):
         raise ValueError("give a state (see --list) or --color COLOUR; what the strip shows is not reported")
     state, color = light_of("none" if args.state is None else args.state, args.color, args.module)

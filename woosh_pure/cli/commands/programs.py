@@ -12,7 +12,6 @@ import time
 import traceback
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack, suppress
-from logging.handlers import QueueHandler
 from pathlib import Path
 from queue import SimpleQueue
 from types import TracebackType
@@ -37,12 +36,6 @@ if TYPE_CHECKING:
 
 _OPTIONS = ("--sim", "--sim-speed", "--watch", "--page-port", "--mark", "--marks", "--chassis", "--master")
 """Those of `woosh run` that are told where they stand behind the file, and so are the program's."""
-_LIBRARIES = (
-    "<frozen ",
-    *(os.path.join(sysconfig.get_path(name), "") for name in ("stdlib", "platstdlib", "purelib", "platlib")),
-    *(os.path.join(os.path.dirname(str(module.__file__)), "") for module in (rosproto, woosh_pure)),
-)
-"""How the file names of frames begin that are not the program's own."""
 
 
 def add_run(parser: ArgumentParser) -> None:
@@ -63,6 +56,8 @@ def run_run(args: Namespace, out: Output) -> int:
     out = Output(stream=sys.stderr, language=out.language)  # stdout is the program's
     if args.watch:
         return _watch(args, out)
+    from logging.handlers import QueueHandler
+
     from rosproto.rospy import run_at
 
     for word in args.arguments[:1] if args.arguments[:1] == ["--"] else args.arguments:
@@ -110,7 +105,10 @@ def run_run(args: Namespace, out: Output) -> int:
 
 def _leave_own_frames(error: traceback.TracebackException) -> None:
     """Remove the frames of libraries, and the causes that are within them."""
-    own = [frame for frame in error.stack if not frame.filename.startswith(_LIBRARIES)]
+    folders = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
+    folders += [os.path.dirname(str(module.__file__)) for module in (rosproto, woosh_pure)]
+    libraries = ("<frozen ", *(os.path.join(folder, "") for folder in folders))
+    own = [frame for frame in error.stack if not frame.filename.startswith(libraries)]
     error.stack = traceback.StackSummary.from_list(own)
     for name in ("__cause__", "__context__"):
         if (cause := getattr(error, name)) is not None:
