@@ -149,3 +149,23 @@ def test_a_robot_that_somebody_moves_is_left_alone(tmp_path: Path) -> None:
         assert "the robot moves already" in process.communicate(timeout=30)[1]
         assert process.returncode == 3
         assert sim.world.motion is not None
+
+
+def test_a_program_ends_when_the_command_that_watches_it_is_killed(
+    tmp_path: Path, until: Callable[..., None]
+) -> None:
+    """By a pipe whose other end the system closes; the program is interrupted, and its `with` block stops the robot."""
+    program = tmp_path / "program.py"
+    program.write_text(
+        "from woosh_pure import Chassis\nwith Chassis() as chassis:\n    handle = chassis.go_to_mark('B1')\n"
+        "    chassis.measured_velocity.wait_for(lambda v: v.vx > 0.05, 20)\n"
+        "    print('driving', flush=True)\n    handle.wait()\n"
+    )
+    words = ("run", "--watch", "--page-port", "0", str(program))
+    with SimulatedChassis() as sim:
+        process = woosh_process("--master", sim.master_uri, *words)
+        Lines(process).until("driving")
+        process.kill()
+        process.wait(10)
+        until(lambda: sim.world.motion is None, 10.0)
+        until(lambda: sim.world.body.velocity.is_standing())

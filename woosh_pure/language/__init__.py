@@ -70,7 +70,7 @@ def language_of(
     """One of `LANGUAGES`.
 
     Args:
-        words: Of the command line; a wrong value of --lang is the parser's to refuse, in Chinese if it was meant.
+        words: Of the command line; a wrong value of --lang is the parser's to refuse (`cn`: in Chinese).
         environment: LC_ALL, LC_MESSAGES or LANG, the first that is set; None for the process's own.
         platform: As `sys.platform`.
         stream: Where it is to be printed: what cannot be shown there is not chosen unless --lang says so.

@@ -5,12 +5,14 @@ from __future__ import annotations
 import atexit
 import logging
 import os
+import signal
 import subprocess
 import sys
 import sysconfig
+import threading
 import time
 import traceback
-from argparse import ArgumentParser, Namespace
+from argparse import SUPPRESS, ArgumentParser, Namespace
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from queue import SimpleQueue
@@ -19,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import rosproto
 import woosh_pure
-from rosproto.cli import is_terminal, port, signals_ignored
+from rosproto.cli import is_terminal, natural, port, signals_ignored
 from rosproto.errors import RosTimeout
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_mark_options, simulated_marks
@@ -46,6 +48,7 @@ def add_run(parser: ArgumentParser) -> None:
         help="show its robot in a browser; run it again when its file changes, or after the page's reset",
     )
     parser.add_argument("--page-port", type=port, default=8080, metavar="PORT", help="of that page (8080)")
+    parser.add_argument("--ends-with", type=natural, help=SUPPRESS)
     parser.add_argument("program", help="a Python file that uses woosh_pure or rospy")
     parser.add_argument("arguments", nargs="...", help="the program's arguments").required = False
 
@@ -88,6 +91,8 @@ def run_run(args: Namespace, out: Output) -> int:
         if isinstance(error, ModuleNotFoundError) and (right := meant(MODULES, error.name or "")):
             out.line("did you mean {names}?", names=f"`{right}`")
 
+    if args.ends_with is not None:
+        threading.Thread(target=_end_with, args=(args.ends_with,), name="woosh:run", daemon=True).start()
     atexit.register(tell)  # called after the exit functions of the program
     if not args.debug:
         sys.excepthook = show
@@ -101,6 +106,12 @@ def run_run(args: Namespace, out: Output) -> int:
         resolve=args.resolve or (),
     )
     return code
+
+
+def _end_with(pipe: int) -> None:
+    """Interrupt this process, as Ctrl-C does, when nobody has the other end of a pipe any more."""
+    os.read(pipe, 1)
+    os.kill(os.getpid(), signal.SIGINT)
 
 
 def _leave_own_frames(error: traceback.TracebackException) -> None:
@@ -160,9 +171,13 @@ def _run_once(
     options = [f"--msg-path={one}" for one in args.msg_path or ()]
     options += [f"--resolve={one}" for one in args.resolve or ()]
     options += ["--lang", out.language, *(["--debug"] if args.debug else [])]
-    words = ["woosh_pure", "--master", chassis.master_uri, *options, "run", args.program, *args.arguments]
+    words = ["woosh_pure", "--master", chassis.master_uri, *options, "run"]
     before, ended = now(), False
-    process = subprocess.Popen([sys.executable, "-m", *words])
+    theirs, ours = os.pipe()  # ours is closed when this process is killed, too; the program then ends
+    handed = [theirs] if os.name == "posix" else []
+    words += [*(f"--ends-with={pipe}" for pipe in handed), args.program, *args.arguments]
+    process = subprocess.Popen([sys.executable, "-m", *words], pass_fds=handed)
+    os.close(theirs)
     try:
         while server.running and now() == before:
             time.sleep(0.1)
@@ -183,6 +198,7 @@ def _run_once(
                 process.wait(3.0)
             except subprocess.TimeoutExpired:
                 process.kill()
+            os.close(ours)
             if not ended:
                 chassis.stop(everything=True)
     if simulator:
