@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from rosproto import Master
 from rosproto.cli import main as rosproto
+from tests.support.extras import needs
 from woosh_pure import SimulatedChassis
 from woosh_pure.cli.entry import main
 
@@ -209,3 +211,12 @@ def test_a_verb_without_its_command_is_named(capsys: Captured) -> None:
     with pytest.raises(SystemExit):
         rosproto(["echo", "/odom"])
     assert "did you mean `rosproto topic echo`?" in capsys.readouterr().err
+
+
+def test_a_bad_token_file_is_told_before_any_robot_is_announced(capsys: Captured, tmp_path: Path) -> None:
+    needs("web")
+    line = "sim --robots 2 --port 0 --page-port 0 --token-file"
+    code = main([*line.split(), str(tmp_path / "none.txt")])
+    said = capsys.readouterr()
+    assert (code, said.out) == (1, "")
+    assert "none.txt" in said.err
