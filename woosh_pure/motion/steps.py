@@ -112,7 +112,8 @@ def radians_of(degrees: float) -> float:
     if abs(given) > 3600.0:
         text = "{degrees:g}° is more than the 3600° (ten turns) that one step may have"
         raise ValueError(say(text, degrees=given))
-    return max(-MAX_ANGLE, min(math.radians(given), MAX_ANGLE))  # the interface rounds ten turns down
+    turn = math.radians(given)
+    return math.copysign(MAX_ANGLE, given) if abs(turn) > MAX_ANGLE else turn  # it rounds ten turns down
 
 
 def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:

@@ -68,5 +68,6 @@ def test_degrees_of_a_turn_may_be_ten_turns(degrees: float, radians: float) -> N
     """Who says degrees means them, so `several_turns` is for radians alone, as with `woosh rotate 400`."""
     assert radians_of(degrees) == pytest.approx(radians)
     check_steps([Step.turn(radians_of(degrees))])
-    with pytest.raises(ValueError, match="ten turns"):
-        radians_of(3601)
+    for wrong, text in ((3601, "ten turns"), (math.inf, "ten turns"), (math.nan, "finite")):
+        with pytest.raises(ValueError, match=text):
+            check_steps([Step.turn(radians_of(wrong))])
