@@ -14,10 +14,10 @@ from rosproto.files import write_file
 from rosproto.sentence import Sentence, say
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D, normalize_angle
+from woosh_pure.maps.marks import UserMark, own_marks, reported_marks, with_marks
 
 if TYPE_CHECKING:
     from woosh_pure.feed.feed import Feed
-    from woosh_pure.maps.marks import UserMark
 
 T = TypeVar("T")
 POSE = ("X", "Y", "DEGREES")
@@ -109,7 +109,6 @@ def simulated_marks(args: argparse.Namespace) -> dict[str, UserMark]:
     from rosproto.transport import HostNames
     from woosh_pure.cli.connection import chosen, names
     from woosh_pure.connection.arguments import master_uri_of
-    from woosh_pure.maps.marks import reported_marks
 
     try:
         uri, hosts = master_uri_of(chosen(args)[0]), HostNames(names(args))
@@ -125,15 +124,11 @@ def marks_here(args: argparse.Namespace) -> dict[str, UserMark]:
     Raises:
         OSError, ValueError: The user's list cannot be read.
     """
-    from woosh_pure.maps.marks import own_marks
-
     return {**simulated_marks(args), **({} if args.sim else own_marks())}
 
 
 def mark_missing(args: argparse.Namespace, wanted: str, given: str = "") -> Sentence:
     """Return the error of a missing mark: the expected arguments, and the known marks, near ones first."""
-    from woosh_pure.maps.marks import with_marks
-
     return with_marks(wanted, marks_here(args), given)
 
 
