@@ -239,7 +239,7 @@ def synopsis(command: str, parser: Parser, known: Iterable[str] = ("-h", "--help
     """`rosproto topic echo [options] topic`; `known` are options that need no `[options]`."""
     words, left_out = [command], set(known)
     if any(set(action.option_strings) - left_out for action in parser.actions if _shown(action)):
-        words.append("[options]")
+        words.append(parser.spoken("[options]"))
     for action in parser.actions:
         if not action.option_strings and _shown(action):
             names = value_names(action)

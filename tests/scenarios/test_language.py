@@ -65,7 +65,12 @@ def chinese(text: str) -> None:
         ("stop --timeout 0 --nonsense", 2, "用法"),
         ("--sim goto A1", 2, "互相矛盾"),
         ("connect", 0, "现在是默认底盘"),
-        ("battery", 0, "电芯"),
+        ("battery", 0, "电池         87 %，未充电"),
+        ("led none --strip both", 0, "底盘和货架灯带：none"),
+        ("task pause --id 3", 3, "暂停任务 3：被拒绝：没有正在执行的任务可以暂停"),
+        ("charge B1", 1, "目标处没有充电桩"),
+        ("learn --dry-run", 0, "与自带的相同："),
+        ("stop --nonsense", 2, "woosh stop [选项]"),
         ("scan", 0, "360 条射线"),
         ("cloud", 0, " 个点，坐标系"),
         ("camera --no-file", 0, "坐标系"),
@@ -122,7 +127,7 @@ def test_the_selftest_in_chinese(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["selftest", "--no-ros", "--lang", "zh"]) == 0
     out = capsys.readouterr().out
     chinese(out)
-    assert "这台电脑一切正常" in out
+    assert "自检全部通过" in out
     assert (
         len({width(line[: line.index(" s  ")]) for line in out.splitlines()[:-1]}) == 1
     )  # columns are straight

@@ -304,7 +304,7 @@ def test_driving_by_hand_is_said_to_who_drives_and_to_who_watches(
         one.wait_for_selector("#state >> text=Idle")
         fake.driver = "page 1"
         one.wait_for_selector("#state >> text=Driven by hand")
-        two.wait_for_selector("#state >> text=手动驾驶中")
+        two.wait_for_selector("#state >> text=手动遥控中")
         one.click("#tabbutton-health")
         one.wait_for_selector("#tab-health >> text=Driven by hand")
         fake.driver = None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from rosproto.errors import ConnectionLost
@@ -9,6 +11,7 @@ from rosproto.sentence import say
 from woosh_pure.errors import GoalFailed, MotionRefused
 from woosh_pure.faults import Faults, decode_status_code
 from woosh_pure.language import said
+from woosh_pure.motion.steps import Step, check_steps
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness, Reason, ReasonKey
 from woosh_pure.stopping.report import StopReport
@@ -21,7 +24,7 @@ SPOKEN = [
     (FAILED, "机器人已停稳"),
     (GoalFailed(FAILED), "机器人已停稳"),
     (BLOCKED, "机器人不知道自己在哪里"),
-    (Readiness(), "没有已知的阻碍"),
+    (Readiness(), "未发现妨碍移动的因素"),
     (MotionRefused(say("the text is empty; give the words to say")), "请给出要说的话"),
     (StopReport(standing=True), "机器人已停稳"),
     (Faults([decode_status_code(110201000013)]), "急停"),
@@ -62,6 +65,15 @@ def test_an_error_of_ros_is_said_too() -> None:
     chinese = said(lost, "zh")
     assert chinese.startswith("主机名 robot 无法解析")
     assert said(lost, "en") == str(lost)
+
+
+def test_a_refusal_of_a_step_names_the_library_and_no_shell_command() -> None:
+    """A command of a shell is advice for those who type it; a number that is not finite is shown as the step."""
+    for distance, words in ((50.0, "更长的路程请用 go_to"), (math.nan, "直行 nan 米：每个数都必须是有限的")):
+        with pytest.raises(ValueError) as caught:
+            check_steps([Step.straight(distance)])
+        assert words in said(caught.value, "zh")
+        assert "woosh" not in said(caught.value, "zh")
 
 
 def test_another_language_is_refused() -> None:

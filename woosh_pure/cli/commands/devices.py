@@ -289,7 +289,7 @@ def run_led(args: Namespace, out: Output) -> None:
     if args.list:
         words = enum_words(LedState)
         for word in words:
-            out.line(word)
+            out.line("{word}", word=word)
         out.result({word: int(LedState[word_of(word)]) for word in words})
         return
     from woosh_pure.peripherals import light_of
@@ -308,7 +308,7 @@ def run_led(args: Namespace, out: Output) -> None:
             abnormal=args.abnormal,
         )
     shown = "{strip} strip: {state}" if color is None else "{strip} strip: {state}, colour {color:06x}"
-    out.line(shown, strip=args.strip, state=name, color=color)
+    out.line(shown, strip=say(args.strip), state=name, color=color)
     out.result({"strip": args.strip, "state": name, "color": color, "module": args.module})
 
 

@@ -163,11 +163,11 @@ def _task_command(chassis: Chassis, args: Namespace, out: Output) -> int:
             ) from error
         task_id = status.task_id
     command = TaskCommand[word_of(args.verb)]
-    with out.working(say("asking to {verb}", verb=args.verb)):
+    with out.working(say("asking to {verb}", verb=say(args.verb))):
         reply = components_of(chassis).clients.exec_task(command, task_id, timeout=10.0)
     text = say(reply.message or ("done" if reply.success else "no reason given"))
     template = "{verb} task {id}: {answer}" if reply.success else "{verb} task {id}: REFUSED: {answer}"
-    out.line(template, verb=args.verb, id=task_id, answer=text)
+    out.line(template, verb=say(args.verb), id=task_id, answer=text)
     out.result({"ok": bool(reply.success), "task_id": task_id, "message": reply.message})
     return 0 if reply.success else 3
 

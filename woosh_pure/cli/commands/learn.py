@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
+from collections import Counter
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosproto.cli import count, positive
 from rosproto.msg import environment_paths, learned_paths, revisions_folder
+from rosproto.sentence import say
 from woosh_pure.cli.connection import address_of, names, reaching
 from woosh_pure.cli.output import Output
 
@@ -86,15 +88,18 @@ def _print(comparisons: list[Comparison], out: Output, *, everything: bool) -> N
         answer = comparison.answer
         if comparison.verdict == "bundled" and not everything:
             continue
-        what = _WORDS[comparison.verdict] + (f" {comparison.source}" if comparison.source else "")
-        out.line(f"{answer.name:38s} {answer.type:36s} {answer.md5sum[:8]:8s}  {what}")
+        what = say(_WORDS[comparison.verdict])
+        if comparison.source:
+            what = say("{verdict} {source}", verdict=what, source=comparison.source)
+        line = f"{answer.name:38s} {answer.type:36s} {answer.md5sum[:8]:8s}"
+        out.line("{line}  {what}", line=line, what=what)
         if (answer.type, answer.md5sum) in shown and answer.md5sum:
             continue
         shown.add((answer.type, answer.md5sum))
         for line in (*comparison.differences, *([comparison.note] if comparison.note else [])):
             out.line(f"    {line}")
-    counts = {word: sum(f.verdict == word for f in comparisons) for word in _WORDS}
-    out.line(", ".join(f"{counts[word]} {text.lower()}" for word, text in _WORDS.items() if counts[word]))
+    counts = Counter(_WORDS[comparison.verdict] for comparison in comparisons).items()
+    out.line("{found}", found=[say("{count} {verdict}", count=n, verdict=say(text)) for text, n in counts])
 
 
 def _keep(
@@ -110,7 +115,7 @@ def _keep(
         if comparison.verdict == "new" and library is not None:
             why = why_not_kept(name, library)
             if why:
-                out.line(f"not kept: {why}")
+                out.line("not kept: {why}", why=why)
                 skipped.append(name)
             else:
                 new.append((name, library))
@@ -119,11 +124,11 @@ def _keep(
         out.line("nothing new to keep")
     if dry:
         for learned in sets:
-            out.line(f"would keep {', '.join(learned.types)} below {folder}")
+            out.line("would keep {types} below {folder}", types=list(learned.types), folder=folder)
         return []
     written = [write_set(learned, folder, parse_uri(uri)[0]) for learned in sets]
     for path, learned in zip(written, sets, strict=True):
-        out.line(f"kept {', '.join(learned.types)} in {path}")
+        out.line("kept {types} in {path}", types=list(learned.types), path=path)
     return written
 
 

@@ -201,7 +201,8 @@ def _print_marks(listed: Sequence[UserMark], out: Output) -> None:
     column = max((width(mark.name) for mark in listed), default=0)
     for mark in listed:
         name = padded(mark.name, max(12, column))
-        out.line(f"{name} {mark.pose or 'no pose'}  {mark.note}".rstrip())
+        shown = "{name} {pose}  {note}" if mark.note else "{name} {pose}"
+        out.line(shown, name=name, pose=mark.pose or say("no pose"), note=mark.note)
 
 
 def _here(args: Namespace, out: Output) -> Pose2D:

@@ -91,7 +91,7 @@ def _status_line(name: str, reading: Reading[Any] | None) -> str:
         "odometer": lambda: f"{v:.1f} m",
         "information": lambda: say(
             "{type}, hardware {hardware}, software {software}",
-            type=v.base_type,
+            type=say(v.base_type),
             hardware=v.hardware_version,
             software=v.software_version,
         ),
@@ -153,7 +153,7 @@ def run_battery(args: Namespace, out: Output) -> int:
     colour = "red" if b.percent < 20 else "yellow" if b.percent < 40 else "green"
     charge = out.colour(f"{b.percent} %", colour)
     rows = {
-        "charge": say(
+        "battery": say(
             "{charge}, {status} ({mode})", charge=charge, status=b.charge_status, mode=b.charge_mode
         ),
         "voltage": say(

@@ -8,7 +8,7 @@ try {
   language = localStorage.getItem("woosh-language") ?? language;
 } catch { /* no storage */ }
 const WORDS = language.startsWith("zh")
-  ? ["正在停止…", "机器人静止了。", "还没有回应。请按机器人上的红色按钮。"]
+  ? ["正在停止…", "机器人已停稳。", "还没有响应。请按机器人上的红色按钮。"]
   : ["Stopping…", "The robot stands still.", "No answer yet. Use the red button on the robot."];
 
 function say(number, kind) {

@@ -28,7 +28,7 @@ export const marks = {
   "what.change_mark": "修改标记点 {mark}",
   "what.delete_mark": "删除标记点 {mark}",
   "what.take_over": "从 {holder} 接管控制",
-  "lease.program": "{name} 是一个程序，不会应答。",
+  "lease.program": "{name} 是一个程序，不会答复。",
   "lease.takeover": "接管控制",
   "lease.takeoverask": "从 {name} 接管控制？",
   "lease.takeovernote": "对方是一个程序，没有人可以同意。已经开始的动作会继续，直到您开始别的动作、取消这一项或按“停止”。",
