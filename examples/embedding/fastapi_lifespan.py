@@ -22,6 +22,7 @@ from fastapi.responses import JSONResponse
 
 from rosproto import RosError
 from woosh_pure import Chassis, MotionRefused, Outcome, SimulatedChassis
+from woosh_pure.language import said
 from woosh_pure.motion import StepHandle
 
 Metres = Annotated[float, Query(ge=-10.0, le=10.0, allow_inf_nan=False, description="negative: backward")]
@@ -65,7 +66,7 @@ def make_app(master_uri: str | None = None) -> FastAPI:
         """Begin a move; its end is at /goals/NUMBER."""
         handle = app.state.chassis.move(metres)
         number = next(numbers)
-        goals[number] = {"number": number, "done": False, "what": handle.description}
+        goals[number] = {"number": number, "done": False, "what": said(handle.description)}
 
         def done(outcome: Outcome) -> None:
             ended = {"done": True, "arrived": bool(outcome), "text": outcome.sentence()}
@@ -93,7 +94,7 @@ def make_app(master_uri: str | None = None) -> FastAPI:
 
     @app.exception_handler(RosError)
     async def failed(_: Request, error: RosError) -> JSONResponse:
-        return JSONResponse({"detail": str(error)}, 409 if isinstance(error, MotionRefused) else 503)
+        return JSONResponse({"detail": said(error)}, 409 if isinstance(error, MotionRefused) else 503)
 
     return app
 

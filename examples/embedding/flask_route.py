@@ -17,6 +17,7 @@ from flask import Flask, Response, jsonify, request
 
 from rosproto import RosError
 from woosh_pure import Chassis, MotionRefused, Outcome, SimulatedChassis
+from woosh_pure.language import said
 from woosh_pure.motion import StepHandle
 
 PAGE = """<!doctype html><meta charset="utf-8"><title>My robot</title>
@@ -72,9 +73,12 @@ def make_app(chassis: Chassis) -> Flask:
     @app.post("/move")
     def move() -> tuple[Response, int]:
         """Begin a move; its end is at /goals/NUMBER."""
-        handle = chassis.move(float(request.args["metres"]))  # ValueError: not a number, not finite, too far
+        metres = request.args.get("metres", type=float)  # None: missing, or not a number
+        if metres is None:  # the error of float() would be Python's words, in English
+            return jsonify(error="metres: give a number, such as 0.5"), 422
+        handle = chassis.move(metres)  # ValueError: not finite, or too far
         number = next(numbers)
-        goals[number] = {"number": number, "done": False, "what": handle.description}
+        goals[number] = {"number": number, "done": False, "what": said(handle.description)}
 
         def done(outcome: Outcome) -> None:
             ended = {"done": True, "arrived": bool(outcome), "text": outcome.sentence()}
@@ -100,15 +104,15 @@ def make_app(chassis: Chassis) -> Flask:
 
     @app.errorhandler(ValueError)
     def wrong(error: ValueError) -> tuple[Response, int]:
-        return jsonify(error=str(error)), 422
+        return jsonify(error=said(error)), 422
 
     @app.errorhandler(MotionRefused)
     def refused(error: MotionRefused) -> tuple[Response, int]:
-        return jsonify(error=str(error)), 409
+        return jsonify(error=said(error)), 409
 
     @app.errorhandler(RosError)
     def failed(error: RosError) -> tuple[Response, int]:
-        return jsonify(error=str(error)), 503
+        return jsonify(error=said(error)), 503
 
     return app
 

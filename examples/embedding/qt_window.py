@@ -27,6 +27,7 @@ from PySide6.QtWidgets import (
 
 from rosproto import RosError
 from woosh_pure import Chassis, Outcome, Pose2D, SimulatedChassis
+from woosh_pure.language import said
 from woosh_pure.maps import GridMap
 from woosh_pure.motion import TaskHandle
 
@@ -72,8 +73,8 @@ class MapView(QWidget):
         painter.drawImage(0, 0, self._image)
 
         def at(x: float, y: float) -> QPointF:
-            right, up = x - grid.origin.x, y - grid.origin.y
-            return QPointF(right / grid.resolution, grid.height - up / grid.resolution)
+            row, column = grid.place_of(x, y)  # rows of the map count upwards, those of a picture downwards
+            return QPointF(column, grid.height - row)
 
         for name, place in MARKS.items():
             painter.drawText(at(*place), name)
@@ -149,7 +150,7 @@ class Window(QMainWindow):
         if self.drive is not None and not self.drive.done:
             left = self.drive.progress.metres_left
             shown = "..." if left is None else f"{left:.1f} m left"
-            self.goal.setText(f"{self.drive.description}: {shown}")
+            self.goal.setText(f"{said(self.drive.description)}: {shown}")
 
     def go_to(self, mark: str) -> None:
         request = self.chassis.request()  # a STOP from now on prevents this drive, also before it has begun
@@ -178,7 +179,7 @@ class Window(QMainWindow):
             self.ends.append(self.chassis.battery.on(self.news.battery.emit))
             self.news.map.emit(self.chassis.get_map())
         except RosError as error:
-            self.news.goal.emit(f"not connected: {error}")
+            self.news.goal.emit(f"not connected: {said(error)}")
 
     def _begin(self, request, mark: str) -> None:  # type: ignore[no-untyped-def]
         try:
@@ -187,7 +188,7 @@ class Window(QMainWindow):
             self.ended.clear()
             self.drive.on_done(self._done)
         except RosError as error:
-            self.news.goal.emit(f"{mark}: {error}")
+            self.news.goal.emit(f"{mark}: {said(error)}")
 
     def _done(self, outcome: Outcome) -> None:
         self.news.goal.emit(outcome.sentence())
