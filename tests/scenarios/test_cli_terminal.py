@@ -479,6 +479,14 @@ def test_a_simulated_robot_is_driven_at_once():
 
 
 @pytest.mark.slow
+def test_an_address_that_no_phone_reaches_is_no_code():
+    pytest.importorskip("fastapi", reason="needs the extra `web`")
+    pytest.importorskip("segno", reason="needs the extra `web`")
+    with Terminal("sim", "--robots", "2", "--port", "0", "--page-port", "0", columns=200, rows=60) as terminal:
+        assert "█" not in terminal.wait_for("try:")
+
+
+@pytest.mark.slow
 def test_the_address_for_a_phone_is_whole_where_the_terminal_is_the_owners(tmp_path):
     """With the token and as a QR code; neither a pipe nor a log gets the token of a file."""
     pytest.importorskip("fastapi", reason="needs the extra `web`")

@@ -156,6 +156,7 @@ def page_of(
             page = f"{make_uri(_own_address(args.bind), server.port, server.scheme)}{name}{shown}"
             if name or not is_loopback(args.bind):
                 out.line("the page for others: {page}", page=page)
+            if not is_loopback(args.bind):
                 _say_code(page, out)
         out.line("for programs: {url}api/v1/status, {url}openapi.json", url=server.url)
         out.record({"url": server.url, "port": server.port, "robots": list(robots)})
