@@ -10,6 +10,8 @@ import math
 import operator
 from typing import SupportsFloat, overload
 
+from rosproto.sentence import say
+
 __all__ = ["as_float", "whole"]
 
 
@@ -33,9 +35,9 @@ def as_float(value: SupportsFloat | None) -> float | None:
     if value is None or type(value) is float:
         return value
     if isinstance(value, (str, bytes, bytearray)):
-        raise TypeError(f"{value!r} is a string; expected a number")
+        raise TypeError(say("{value!r} is a string; expected a number", value=value))
     if isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b":
-        raise TypeError(f"{value!r} is a boolean; expected a number")
+        raise TypeError(say("{value!r} is a boolean; expected a number", value=value))
     try:
         return float(value)
     except OverflowError:
@@ -43,7 +45,7 @@ def as_float(value: SupportsFloat | None) -> float | None:
     except ValueError:  # only Decimal's signalling NaN
         return math.nan
     except TypeError:
-        raise TypeError(f"{value!r} is not a number; expected one, such as 0.5") from None
+        raise TypeError(say("{x} is not a number; expected one, such as 0.5", x=repr(value))) from None
 
 
 def whole(value: object) -> int | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from rosproto.sentence import led, shown
+from rosproto.sentence import led, say, shown
 from rosproto.text import printable
 
 __all__ = [
@@ -67,7 +67,7 @@ class DefinitionError(RosError, ValueError):
 
     def __init__(self, message: str, *, file: str | None = None, line: int | None = None) -> None:
         where = "" if file is None else file if line is None else f"{file}:{line}"
-        super().__init__(f"{where}: {message}" if where else message)
+        super().__init__(led(where, message) if where else message)
         self.file = file
         self.line = line
 
@@ -85,7 +85,7 @@ class CodecError(RosError, ValueError):
         self, message: str, *, type_name: str = "", field_path: str = "", offset: int | None = None
     ) -> None:
         where = f"{type_name}.{field_path}" if field_path else type_name
-        super().__init__(f"{where}: {message}" if where else message)
+        super().__init__(led(where, message) if where else message)
         self.type_name = type_name
         self.field_path = field_path
         self.offset = offset
@@ -101,8 +101,8 @@ class BagError(RosError):
     """
 
     def __init__(self, message: str, *, path: str | None = None, offset: int | None = None) -> None:
-        at = "" if offset is None else f" (at byte {offset})"
-        super().__init__(f"{path}: {message}{at}" if path else f"{message}{at}")
+        text = message if offset is None else say("{text} (at byte {at})", text=say(message), at=offset)
+        super().__init__(led(path, text) if path else text)
         self.path = path
         self.offset = offset
         self.reason = message
@@ -218,7 +218,7 @@ class ServiceError(RosError):
     """
 
     def __init__(self, service: str, text: str) -> None:
-        super().__init__(led(f"service {service}", shown(text)))
+        super().__init__(led(say("service {name}", name=service), shown(text)))
         self.service = service
         self.text = text
 

@@ -16,6 +16,8 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+from rosproto.sentence import both, led, say
+
 __all__ = [
     "Arguments",
     "anonymous_name",
@@ -97,10 +99,8 @@ def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = No
         ValueError: No master would take the name (`is_usable_name`), or the node's name is not global.
     """
     if not is_usable_name(name):
-        raise ValueError(
-            f"{name!r} is not a ROS name; expected an ASCII letter, `/` or `~`, "
-            f"then letters, digits, `_` or `/`"
-        )
+        expected = "expected an ASCII letter, `/` or `~`, then letters, digits, `_` or `/`"
+        raise ValueError(both(say("{name!r} is not a ROS name", name=name), expected))
     if not node_name.startswith("/"):
         raise ValueError(f"node name {node_name!r} is not global; expected it resolved, as in '/ns/node'")
     if name[0] == "/":
@@ -193,4 +193,4 @@ def _parameter(argument: str, value: str) -> object:
     try:
         return parse_value(value) if value else ""
     except ValueError as error:
-        raise ValueError(f"argument {argument[:80]!r}: {error}") from None
+        raise ValueError(led(say("argument {text!r}", text=argument[:80]), str(error))) from None

@@ -22,7 +22,7 @@ from rosproto.codec import DynamicMessage, Message, encode
 from rosproto.coercion import as_float
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosTimeout
 from rosproto.node import Node, Publisher, Subscriber
-from rosproto.sentence import advice, say
+from rosproto.sentence import advice, both, led, say
 from rosproto.time import Time
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 
@@ -189,11 +189,9 @@ class ActionClient:
         self._check_open()
         part = part_from(goal, self.type.goal, f"a goal of {self.name}")
         if self._goal.connections == 0:
-            raise ConnectionLost(
-                f"{self.name}: no action server is connected to {self._goal.topic}, the goal would be lost; "
-                "call wait_for_server first",
-                peer=self._goal.topic,
-            )
+            topic = self._goal.topic
+            lost = say("no action server is connected to {topic}, the goal would be lost", topic=topic)
+            raise ConnectionLost(led(self.name, both(lost, "call wait_for_server first")), peer=topic)
         goal_id = goal_id or self.new_goal_id()
         receivers = frozenset(self._goal.subscribers)
         sent = SentGoal(goal_id, part, self._clock.monotonic(), receivers)
@@ -256,11 +254,9 @@ class ActionClient:
     def _write_cancel(self, message: Message | bytes) -> None:
         self._check_open()
         if self._cancel_out.connections == 0:
-            raise ConnectionLost(
-                f"{self.name}: no action server is connected to {self._cancel_out.topic}, the cancel request "
-                "would be lost; the goal may still be running",
-                peer=self._cancel_out.topic,
-            )
+            topic = self._cancel_out.topic
+            lost = say("no action server is connected to {topic}, the cancel would be lost", topic=topic)
+            raise ConnectionLost(led(self.name, both(lost, "the goal may still be running")), peer=topic)
         self._cancel_out.publish(message)
 
     # -- servers -----------------------------------------------------------------------------
@@ -293,4 +289,4 @@ class ActionClient:
 
     def _check_open(self) -> None:
         if self._goals.closed:
-            raise LocalProtocolError(f"{self.name}: this action client is closed")
+            raise LocalProtocolError(led(self.name, "this action client is closed"))

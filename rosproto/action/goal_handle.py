@@ -10,6 +10,7 @@ from rosproto.action.sent_goal import SentGoal
 from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.protocol.goal_client import CommState
 from rosproto.protocol.goal_status import GoalStatus
+from rosproto.sentence import led, say
 from rosproto.transport.deadline import Deadline
 
 
@@ -106,7 +107,7 @@ class GoalHandle:
             )
         if self._machine.result is None:
             raise ConnectionLost(
-                f"{self._tracker.name}: goal {self.goal_id} is lost: {self.text}",
+                led(self._tracker.name, say("goal {id} is lost: {why}", id=self.goal_id, why=say(self.text))),
                 peer=self.server or ", ".join(sorted(self._sent.receivers)),
             )
         return self._machine.result

@@ -22,6 +22,7 @@ from rosproto.cli.graph_options import add_graph_options
 from rosproto.cli.options import add_token, count, host, port, seconds, token_of
 from rosproto.cli.signals import interrupt_on_signals
 from rosproto.errors import ConnectionLost, LocalProtocolError
+from rosproto.sentence import say
 
 if TYPE_CHECKING:
     import ssl
@@ -403,4 +404,4 @@ def until_interrupted(node: Node, limit: float | None) -> None:
     end = None if limit is None else time.monotonic() + limit
     while end is None or time.monotonic() < end:
         if node.wait(STEP if end is None else max(0.0, min(STEP, end - time.monotonic()))):
-            raise CommandError(f"the node was ended: {node.close_reason or 'closed'}")
+            raise CommandError(say("the node was ended: {why}", why=node.close_reason or say("closed")))

@@ -16,6 +16,7 @@ from rosproto.codec.message import Message
 from rosproto.errors import CodecError
 from rosproto.json_values import plain
 from rosproto.msg.parser import INTEGER_RANGES
+from rosproto.sentence import both, say
 from rosproto.time import Duration, Time, TVal
 
 M = TypeVar("M", bound=Message)
@@ -118,7 +119,7 @@ def _value(
     if kind == "bool":
         if isinstance(value, int) and value in (0, 1):
             return bool(value)
-        raise _wrong(f"{value!r} is not a bool: write true or false", path, top)
+        raise _wrong(say("{value} is not a bool: write true or false", value=repr(value)), path, top)
     if kind in INTEGERS or kind in FLOATS:
         return _number(kind, value, path, top)
     _fill(current, value, now, path, top)
@@ -132,7 +133,7 @@ def _array(
         return bytes(value)
     items = value.tolist() if hasattr(value, "tolist") else value
     if not isinstance(items, (list, tuple)):
-        raise _wrong(f"{value!r} is not a list; expected {base}[]", path, top)
+        raise _wrong(say("{value} is not a list; expected {type}[]", value=repr(value), type=base), path, top)
     if base in INTEGERS or base in FLOATS:
         return [_number(base, item, f"{path}[{i}]", top) for i, item in enumerate(items)]
     assert owner._binding is not None
@@ -153,7 +154,7 @@ def _number(kind: str, value: object, path: str, top: str) -> int | float:
         if low <= value <= high:
             return int(value)
         raise _wrong(f"{value!r} is out of range for {kind}; expected {low} to {high}", path, top)
-    raise _wrong(f"{value!r} is not a valid {kind}", path, top)
+    raise _wrong(say("{value} is not a valid {type}", value=repr(value), type=kind), path, top)
 
 
 def _string(value: object, path: str, top: str) -> str:
@@ -162,8 +163,8 @@ def _string(value: object, path: str, top: str) -> str:
     if isinstance(value, str):
         return value
     # What was typed is not known any more: 007 has become 7.
-    hint = "; quote it" if isinstance(value, (int, float)) else ""
-    raise _wrong(f"{value!r} is not a string{hint}", path, top)
+    hint = ("quote it",) if isinstance(value, (int, float)) else ()
+    raise _wrong(both(say("{value} is not a string", value=repr(value)), *hint), path, top)
 
 
 def _time(kind: str, value: object, now: Time | None, path: str, top: str) -> TVal:

@@ -16,6 +16,7 @@ from fnmatch import translate
 from typing import Literal
 
 from rosproto.names import canonicalize
+from rosproto.sentence import both, say
 from rosproto.text import short
 
 Kind = Literal["topic", "service", "parameter", "action", "node"]
@@ -231,9 +232,8 @@ def _parsed(pattern: str) -> tuple[tuple[str, ...], str]:
     kinds: tuple[str, ...] = tuple(_WRITING)
     if colon:
         if prefix not in _PREFIXES:
-            raise ValueError(
-                f"pattern {pattern!r}: {prefix!r} is not a kind; one of topic, service, action, param, node"
-            )
+            wrong = say("pattern {pattern!r}: {kind!r} is not a kind", pattern=pattern, kind=prefix)
+            raise ValueError(both(wrong, "one of topic, service, action, param, node"))
         kinds, pattern = (_PREFIXES[prefix],), rest
     if not pattern:
         raise ValueError("a pattern is empty; * matches everything")

@@ -15,6 +15,7 @@ from typing import Protocol
 from rosproto.errors import DefinitionError
 from rosproto.files import read_file
 from rosproto.names import is_legal_base_name
+from rosproto.sentence import both, say
 
 KINDS = ("msg", "srv", "action")
 SEARCH_DEPTH = 6
@@ -51,7 +52,7 @@ class FileTree:
         try:
             return _text(read_file(path))
         except OSError as error:
-            raise DefinitionError(f"cannot be read: {error.strerror}", file=path) from error
+            raise DefinitionError(say("cannot be read: {why}", why=error.strerror), file=path) from error
         except ValueError as error:
             raise DefinitionError(str(error), file=path) from error
 
@@ -193,11 +194,9 @@ def folder_source(path: str | os.PathLike[str]) -> DefinitionSource:
     for found in _package_folders(root):
         folders.setdefault(_package_name(found), []).append(Folder(FileTree(found)))
     if not folders:
-        raise DefinitionError(
-            f"no definitions found up to {SEARCH_DEPTH} folders below; expected <package>/msg/*.msg, "
-            f"<package>/srv/*.srv or <package>/action/*.action",
-            file=root,
-        )
+        none = say("no definitions found up to {depth} folders below", depth=SEARCH_DEPTH)
+        expected = "expected <package>/msg/*.msg, <package>/srv/*.srv or <package>/action/*.action"
+        raise DefinitionError(both(none, expected), file=root)
     return DefinitionSource(root, folders)
 
 

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from rosproto import names
 from rosproto.logs import get_logger
 from rosproto.msg.user_folder import environment_paths
+from rosproto.sentence import both, led, say
 from rosproto.transport.own_address import host_from_environment
 from rosproto.transport.robot_host_names import VARIABLE, parse_host_names
 
@@ -25,15 +26,12 @@ def node_name(name: str, namespace: str, anonymous: bool) -> str:
     """
     space = names.canonicalize(f"/{namespace}")
     if not names.is_usable_name(space) or space.startswith("/~"):
-        raise ValueError(
-            f"namespace {namespace!r} is not a ROS name; expected something like '/robot_1': letters, digits,"
-            " `_` or `/`; it comes from the argument namespace, or from the variable ROS_NAMESPACE"
-        )
+        expected = "expected something like '/robot_1': letters, digits, `_` or `/`"
+        source = "it comes from the argument namespace, or from the variable ROS_NAMESPACE"
+        raise ValueError(both(say("namespace {name!r} is not a ROS name", name=namespace), expected, source))
     if not name or name.startswith("~") or not names.is_legal_name(name) or not name.strip("/"):
-        raise ValueError(
-            f"{name!r} is not a node name; expected something like '/laptop': an ASCII letter or `/`, then"
-            " letters, digits, `_` or `/`"
-        )
+        form = "expected something like '/laptop': an ASCII letter or `/`, then letters, digits, `_` or `/`"
+        raise ValueError(both(say("{name!r} is not a node name", name=name), form))
     resolved = names.resolve(name, names.join(space, "x"))
     if not names.is_legal_name(resolved):
         _log.warning("! %s", _not_legal(resolved))
@@ -64,7 +62,7 @@ def host_names() -> dict[str, str]:
     try:
         return parse_host_names([os.environ.get(VARIABLE, "")])
     except ValueError as error:
-        raise ValueError(f"{VARIABLE}: {error}") from None
+        raise ValueError(led(VARIABLE, str(error))) from None
 
 
 def from_environment(

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rosproto.sentence import say
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -73,7 +75,7 @@ def decode_png(data: bytes, limit_pixels: int, limit_rows: int = 1 << 31) -> NDA
     if interlaced:
         raise ValueError("an interlaced PNG cannot be read here; save it without interlacing")
     if kind not in _CHANNELS or depth not in (1, 2, 4, 8, 16):
-        raise ValueError(f"not a PNG picture: colour type {kind}, {depth} bits")
+        raise ValueError(say("not a PNG picture: colour type {kind}, {depth} bits", kind=kind, depth=depth))
     if not 0 < width * height <= limit_pixels:
         raise ValueError(f"{width} x {height} pixels; expected 1 to {limit_pixels}")
     if height > limit_rows:
@@ -111,7 +113,7 @@ def _unfiltered(packed: bytes, width: int, height: int, bits: int) -> NDArray[np
     try:
         raw = unpacker.decompress(packed, height * (size + 1))
     except zlib.error as error:
-        raise ValueError(f"the PNG picture is damaged: {error}") from error
+        raise ValueError(say("the PNG picture is damaged: {error}", error=error)) from error
     if len(raw) != height * (size + 1):
         raise ValueError("the PNG picture is cut short")
     lines = np.frombuffer(raw, np.uint8).reshape(height, size + 1)

@@ -30,6 +30,7 @@ from rosproto.logs import get_logger
 from rosproto.node import Node, Subscriber
 from rosproto.recording.buffer import Entry, MessageBuffer, TopicReceiver
 from rosproto.recording.files import BagSeries, Compression, bag_name
+from rosproto.sentence import both, say
 from rosproto.worker_pool import WorkerPool
 
 _log = get_logger("rosproto.recording")
@@ -420,9 +421,10 @@ class Recorder:
         folder = os.path.dirname(os.path.abspath(self._series.path))
         free = shutil.disk_usage(folder).free
         if free < self._min_free_bytes:
+            template = "{left} MB are left on the disk, less than the {least} that are to stay free"
+            left = say(template, left=free >> 20, least=self._min_free_bytes >> 20)
             raise BagError(
-                f"{free >> 20} MB are left on the disk, less than the {self._min_free_bytes >> 20} that are "
-                "to stay free; the recording has ended, what was received until then is in the bag",
+                both(left, "the recording has ended, what was received until then is in the bag"),
                 path=self._series.path,
             ) from OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # as when there is none left
 
@@ -500,4 +502,4 @@ def _compiled(pattern: str) -> re.Pattern[str]:
     try:
         return re.compile(pattern)
     except re.error as problem:
-        raise ValueError(f"{pattern!r} is not a regular expression: {problem}") from None
+        raise ValueError(say("{re!r} is not a regular expression: {why}", re=pattern, why=problem)) from None

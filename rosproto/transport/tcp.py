@@ -90,7 +90,7 @@ def listen(host: str, port: int = 0, *, only_ipv6: bool = False) -> socket.socke
                 "listen on {address}: {port} is not a port; expected 0 to 65535", address=peer, port=port
             )
             raise ConnectionLost(text, peer=peer) from error
-        raise translate(error, f"listen on {peer}", peer) from error
+        raise translate(error, say("listen on {peer}", peer=peer), peer) from error
     return sock
 
 
@@ -473,7 +473,7 @@ def write_all(sock: socket.socket, data: bytes | bytearray | memoryview, deadlin
         sock.settimeout(None)
     except OSError as error:
         peer = peer_name(sock)
-        raise translate(error, f"write to {peer}", peer, deadline) from error
+        raise translate(error, say("write to {peer}", peer=peer), peer, deadline) from error
 
 
 def write_steadily(sock: socket.socket, data: bytes) -> None:
@@ -489,7 +489,7 @@ def write_steadily(sock: socket.socket, data: bytes) -> None:
             sent += sock.send(memoryview(data)[sent:])
     except OSError as error:
         peer = peer_name(sock)
-        raise translate(error, f"write to {peer}", peer) from error
+        raise translate(error, say("write to {peer}", peer=peer), peer) from error
 
 
 def read_header(sock: socket.socket, limits: Limits, deadline: Deadline) -> dict[str, str]:

@@ -9,7 +9,7 @@ from rosproto.errors import ConnectionLost, MasterError, RemoteProtocolError, Ro
 from rosproto.protocol import xmlrpc
 from rosproto.protocol.http import HttpClientConnection, Response
 from rosproto.protocol.wire_limits import Limits
-from rosproto.sentence import say
+from rosproto.sentence import both, led, say
 from rosproto.transport.deadline import SYSTEM, Clock, Deadline
 from rosproto.transport.os_errors import translate
 from rosproto.transport.robot_host_names import HostNames
@@ -119,9 +119,10 @@ class XmlRpcClient:
                 last.body, last.value = response.body, value
             return value
         except RemoteProtocolError as error:
-            hint = "" if isinstance(error, TooLarge) else "; is this a ROS master or node?"
-            error.peer, error.why = self.uri, f"{error}{hint}"
-            error.args = (f"{method} at {self.uri}: {error.why}", *error.args[1:])
+            hint = () if isinstance(error, TooLarge) else ("is this a ROS master or node?",)
+            error.peer, error.why = self.uri, both(str(error), *hint)
+            text = say("{method} at {uri}: {error}", method=method, uri=self.uri, error=error.why)
+            error.args = (text, *error.args[1:])
             raise
         except xmlrpc.Fault as fault:
             raise MasterError(method, fault.code, fault.text, uri=self.uri) from fault
@@ -274,7 +275,7 @@ class _Link:
         if isinstance(event, Response):
             return event
         why = "the server closed the connection without an answer"
-        raise ConnectionLost(f"{doing}: {why}", peer=self._client.uri, why=why)
+        raise ConnectionLost(led(doing, why), peer=self._client.uri, why=why)
 
     def abort(self) -> None:
         """Wake the thread that uses this connection; it then closes it."""

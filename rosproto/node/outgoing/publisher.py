@@ -10,6 +10,7 @@ from rosproto.errors import LocalProtocolError, RosError, RosTimeout
 from rosproto.node.context import Context
 from rosproto.node.outgoing.publication import Publication
 from rosproto.node.stats import LinkStats
+from rosproto.sentence import led, say
 from rosproto.transport.os_errors import translate
 
 
@@ -109,7 +110,7 @@ class Publisher:
             LocalProtocolError: This publisher is closed.
         """
         if self._closed:
-            raise LocalProtocolError(f"{self.topic}: this publisher is closed; create another one to publish")
+            raise LocalProtocolError(led(self.topic, "this publisher is closed; create another to publish"))
         try:
             if message is None or fields:
                 message = self._message_of(message, fields)
@@ -117,7 +118,7 @@ class Publisher:
         except OSError as error:  # the first message imports its encoder: too many open files
             if isinstance(error, RosError):
                 raise
-            raise translate(error, f"publish {self.topic}", "") from error
+            raise translate(error, say("publish {topic}", topic=self.topic), "") from error
 
     def publish_to(self, caller_id: str, data: bytes) -> bool:
         """Send a message to one subscriber only: the newest connection of that node.

@@ -33,6 +33,7 @@ from rosproto.protocol.handshake import (
     check_service_server_header,
     service_client_header,
 )
+from rosproto.sentence import led, say
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.uri import format_address
 
@@ -296,7 +297,7 @@ class ServiceClient:
         self, address: tuple[str, int], deadline: Deadline, header: Mapping[str, str] | None = None
     ) -> ServiceLink:
         if self._stop.is_set():
-            raise LocalProtocolError(f"service {self.name}: this client is closed")
+            raise LocalProtocolError(led(say("service {name}", name=self.name), "this client is closed"))
         try:
             try:
                 link = self._shake_hands(address, deadline, self._revision, header)

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
-from rosproto.errors import ConnectionLost
+from rosproto.coercion import as_float
+from rosproto.errors import BagError, CodecError, ConnectionLost, DefinitionError, RosError, ServiceError
+from rosproto.gateway import Access
+from rosproto.msg.definition_files import folder_source
+from rosproto.names import resolve
+from rosproto.numeric.pngfile import decode_png
+from rosproto.recording.recorder import _compiled
 from rosproto.sentence import say
 from woosh_pure.errors import GoalFailed, MotionRefused
 from woosh_pure.faults import Faults, decode_status_code
@@ -65,6 +72,39 @@ def test_an_error_of_ros_is_said_too() -> None:
     chinese = said(lost, "zh")
     assert chinese.startswith("主机名 robot 无法解析")
     assert said(lost, "en") == str(lost)
+
+
+ROSPROTO = [
+    (BagError("already exists; choose another name", path="run.bag"), "run.bag: 已经存在"),
+    (BagError("the file is empty", path="run.bag", offset=7), "文件是空的（第 7 字节处）"),
+    (DefinitionError("is not a folder; expected a package, a folder of packages or a workspace", file="/x"), "/x: 不是文件夹"),
+    (CodecError(say("{value} is not a valid {type}", value="'a'", type="float64"), field_path="x"), "不是有效的 float64"),
+    (ServiceError("/static_map", "no answer"), "服务 /static_map"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("error", "chinese"), ROSPROTO, ids=lambda value: type(value).__name__)
+def test_the_place_of_an_error_leaves_its_sentence_a_sentence(error: RosError, chinese: str) -> None:
+    """File, field, byte and service stand in front of it or behind it."""
+    assert chinese in said(error, "zh")
+    assert said(error, "en") == str(error)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "chinese"),
+    [
+        (lambda: resolve("a b", "/me"), "'a b' 不是 ROS 名称；应以 ASCII 字母"),
+        (lambda: as_float("1"), "'1' 是字符串；应为数字"),
+        (lambda: Access(write=["foo:/x"]), "没有 'foo' 这一类"),
+        (lambda: folder_source("/nowhere/at/all"), "/nowhere/at/all: 不是文件夹"),
+        (lambda: decode_png(b"GIF89a", 100), "不是 PNG 图像"),
+        (lambda: _compiled("("), "不是正则表达式"),
+    ],
+)
+def test_a_wrong_value_is_refused_in_chinese(wrong: Callable[[], object], chinese: str) -> None:
+    with pytest.raises((ValueError, TypeError)) as caught:
+        wrong()
+    assert chinese in said(caught.value, "zh")
 
 
 def test_a_refusal_of_a_step_names_the_library_and_no_shell_command() -> None:
