@@ -24,7 +24,7 @@ from rosproto.version import __version__
 from woosh_pure.web.api import commands, marks, readings, session, stop
 from woosh_pure.web.api.dependencies import named_robot
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of, problem_of
+from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, problem_of, worded
 from woosh_pure.web.middleware import SecurityMiddleware
 from woosh_pure.web.openapi import TEXT, describe, methods_at, parts_of, schema_of
 from woosh_pure.web.snapshot import text_of
@@ -125,7 +125,7 @@ def _operation(route: APIRoute) -> str:
 
 
 def _answer(request: Request, problem: Problem) -> JSONResponse:
-    document = problem.document(request.url.path, language_of(request.headers))
+    document = worded(problem.document(request.url.path), request.headers)
     return JSONResponse(document, problem.status, media_type=MEDIA_TYPE)
 
 

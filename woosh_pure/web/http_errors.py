@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from http import HTTPStatus
-from typing import Any
+from typing import TypeVar, cast
 
 from rosproto.errors import (
     BagError,
@@ -20,6 +21,7 @@ from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRef
 from woosh_pure.language import translated
 from woosh_pure.web.snapshot import plain, reasons_part, said_part
 
+T = TypeVar("T")
 MEDIA_TYPE = "application/problem+json"
 _logger = get_logger("woosh_pure.web")
 _NEW_PHRASES = {413: "Content Too Large", 422: "Unprocessable Content"}
@@ -114,22 +116,17 @@ class Problem(Exception):
         """A copy to raise again, without the traceback of this one."""
         return Problem(self.status, self.text, self.kind, facts=self.facts)
 
-    def document(self, instance: str, language: str = "en") -> Any:
-        """The problem+json document.
-
-        Args:
-            instance: The requested path.
-            language: Language of its sentences; English if there is no translation.
-        """
+    def document(self, instance: str) -> dict[str, object]:
+        """The problem+json document for a requested path, for `worded`."""
         kind = self.kind or STATUS_KINDS.get(self.status, "problem")
-        document = {
+        return {
             "type": f"urn:woosh:{kind}",
             "title": title_of(self.status),
             "status": self.status,
-            "detail": say(self.text),
+            "detail": shown(say(self.text)),
             "instance": instance,
+            **self.facts,
         }
-        return worded({**document, **self.facts}, language)
 
 
 def for_clients(text: str) -> str:
@@ -142,13 +139,11 @@ def language_of(headers: Mapping[str, str]) -> str:
     return "zh" if headers.get("accept-language", "").strip().lower().startswith("zh") else "en"
 
 
-def worded(document: object, language: str) -> Any:
-    """Return a document with its sentences in a language; texts that are data stay."""
-
-    def one(text: str) -> str:
-        return printable(translated(shown(text), language)) if isinstance(text, Sentence) else text
-
-    return plain(document, text=one)
+def worded(document: T, headers: Mapping[str, str]) -> T:
+    """Return a document with its sentences in the language of a request; texts that are data stay."""
+    said = partial(translated, language=language_of(headers))
+    made = plain(document, text=lambda text: printable(said(text)) if isinstance(text, Sentence) else text)
+    return cast("T", made)
 
 
 def problem_of(error: Exception) -> Problem:

@@ -16,7 +16,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from rosproto.admission import AdmissionRefusal, Key, bearer_token, require_page_origin
 from woosh_pure.web.access import AccessRules, cookie_name, cookies
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.http_errors import MEDIA_TYPE, REFUSAL_KINDS, Problem, language_of
+from woosh_pure.web.http_errors import MEDIA_TYPE, REFUSAL_KINDS, Problem, worded
 
 MAX_BODY, BODY_SECONDS = 64 * 1024, 10.0
 CONTENT_POLICY = (
@@ -158,7 +158,7 @@ class SecurityMiddleware:
         if refusal is None and not is_stop and _announced(headers) > MAX_BODY:
             refusal = _too_large()
         if refusal is not None:
-            await _refused(scope, refusal, language_of(headers))(scope, receive, answer)
+            await _refused(scope, refusal, headers)(scope, receive, answer)
             return
         receive = receive if is_stop else _limited(receive)
         if scope["method"] == "HEAD":
@@ -279,8 +279,8 @@ async def _say_good_bye(scope: Scope, receive: Receive, send: _Sending) -> None:
         pass  # a partly sent answer cannot be completed
 
 
-def _refused(scope: Scope, refusal: Problem, language: str = "en") -> JSONResponse:
-    document = refusal.document(scope["path"], language)
+def _refused(scope: Scope, refusal: Problem, headers: Mapping[str, str] = {}) -> JSONResponse:
+    document = worded(refusal.document(scope["path"]), headers)
     return JSONResponse(document, refusal.status, _HEADERS_OF.get(refusal.status), MEDIA_TYPE)
 
 

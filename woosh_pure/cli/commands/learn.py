@@ -88,11 +88,8 @@ def _print(comparisons: list[Comparison], out: Output, *, everything: bool) -> N
         answer = comparison.answer
         if comparison.verdict == "bundled" and not everything:
             continue
-        what = say(_WORDS[comparison.verdict])
-        if comparison.source:
-            what = say("{verdict} {source}", verdict=what, source=comparison.source)
         line = f"{answer.name:38s} {answer.type:36s} {answer.md5sum[:8]:8s}"
-        out.line("{line}  {what}", line=line, what=what)
+        out.line("{line}  {what} {of}", line=line, what=say(_WORDS[comparison.verdict]), of=comparison.source)
         if (answer.type, answer.md5sum) in shown and answer.md5sum:
             continue
         shown.add((answer.type, answer.md5sum))

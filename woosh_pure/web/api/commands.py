@@ -22,7 +22,6 @@ from woosh_pure.web.access import Client
 from woosh_pure.web.api.dependencies import (
     CREATED,
     PROBLEMS,
-    answer_to,
     check_command,
     client_of,
     context_of,
@@ -33,7 +32,7 @@ from woosh_pure.web.api.dependencies import (
     robot_of,
 )
 from woosh_pure.web.goals import Goal, command
-from woosh_pure.web.http_errors import Problem
+from woosh_pure.web.http_errors import Problem, worded
 from woosh_pure.web.recordings import Recording
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import lease_part, pose_part
@@ -80,7 +79,7 @@ def create_goal(
             begin = partial(_begin, robot, client, body)
             goal = robot.idempotent_answers.give(client.name, key.strip('"'), body.model_dump_json(), begin)
     response.headers["location"] = f"{request.url.path}/{goal['id']}"
-    return answer_to(request, goal)
+    return worded(goal, request.headers)
 
 
 def _begin(robot: Robot, client: Client, body: models.GoalRequest) -> dict[str, object]:
@@ -125,13 +124,13 @@ def _target(body: models.GoalRequest, mark: UserMark | None) -> dict[str, float]
 @goals.get("/goals", response_model=list[models.Goal])
 def list_goals(request: Request) -> list[dict[str, object]]:
     """The last goals, the oldest first."""
-    return answer_to(request, [goal.as_json() for goal in robot_of(request).goals.all()])
+    return worded([goal.as_json() for goal in robot_of(request).goals.all()], request.headers)
 
 
 @goals.get("/goals/{goal}", response_model=models.Goal)
 def get_goal(goal: str, request: Request) -> dict[str, object]:
     """One goal by its id."""
-    return answer_to(request, robot_of(request).goals.get(goal).as_json())
+    return worded(robot_of(request).goals.get(goal).as_json(), request.headers)
 
 
 @goals.get("/goals/{goal}/wait", response_model=models.Goal)
@@ -144,13 +143,13 @@ async def wait_for_goal(
         if context_of(request).closed or await request.is_disconnected():
             break
         await asyncio.sleep(0.05)
-    return answer_to(request, await run_in_threadpool(found.as_json))
+    return worded(await run_in_threadpool(found.as_json), request.headers)
 
 
 @goals.post("/goals/{goal}/cancel", response_model=models.Goal, responses=problems(409))
 def cancel_goal(goal: str, request: Request) -> dict[str, object]:
     """Cancel the goal, and wait until the robot confirms. It may have arrived meanwhile."""
-    return answer_to(request, _cancelled(goal, request).as_json())
+    return worded(_cancelled(goal, request).as_json(), request.headers)
 
 
 @goals.delete(
@@ -171,7 +170,7 @@ def delete_goal(goal: str, request: Request, response: Response) -> dict[str, ob
     else:
         response.status_code = 202
         response.headers["location"] = request.url.path
-    return answer_to(request, found.as_json())
+    return worded(found.as_json(), request.headers)
 
 
 def _cancelled(number: str, request: Request) -> Goal:
@@ -214,7 +213,7 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, object]:
     act()
     goal.paused = verb == "pause"
     robot.journal.note(client.name, command(verb, goal=goal.id))
-    return answer_to(request, goal.as_json())
+    return worded(goal.as_json(), request.headers)
 
 
 # -- lease: GET, POST and DELETE; POST lease/grant -----------------------------------------------------------
@@ -277,7 +276,7 @@ _BAG: dict[int | str, dict[str, object]] = {
 @recordings.get("/recordings", response_model=list[models.Recording])
 def list_recordings(request: Request) -> list[dict[str, object]]:
     """The recordings of this server, the oldest first."""
-    return answer_to(request, [one.as_json() for one in robot_of(request).recordings.all()])
+    return worded([one.as_json() for one in robot_of(request).recordings.all()], request.headers)
 
 
 @recordings.post(
@@ -296,13 +295,13 @@ def create_recording(
     found = robot.recordings.begin(client.name, body.seconds, body.camera)
     robot.journal.note(client.name, command("record", recording=found.id), "begun")
     response.headers["location"] = f"{request.url.path}/{found.id}"
-    return answer_to(request, found.as_json())
+    return worded(found.as_json(), request.headers)
 
 
 @recordings.get("/recordings/{recording}", response_model=models.Recording)
 def get_recording(recording: str, request: Request) -> dict[str, object]:
     """One recording by its id."""
-    return answer_to(request, robot_of(request).recordings.get(recording).as_json())
+    return worded(robot_of(request).recordings.get(recording).as_json(), request.headers)
 
 
 @recordings.post("/recordings/{recording}/end", response_model=models.Recording)
@@ -313,7 +312,7 @@ def end_recording(recording: str, request: Request) -> dict[str, object]:
     found = robot.recordings.end(recording)
     if running:
         robot.journal.note(client.name, command("end_record", recording=found.id))
-    return answer_to(request, found.as_json())
+    return worded(found.as_json(), request.headers)
 
 
 @recordings.delete("/recordings/{recording}", response_model=models.Recording, responses=problems(409))
@@ -325,7 +324,7 @@ def delete_recording(recording: str, request: Request) -> dict[str, object]:
         raise _runs(found)
     robot.recordings.remove(recording)
     robot.journal.note(client.name, command("delete_record", recording=found.id))
-    return answer_to(request, found.as_json())
+    return worded(found.as_json(), request.headers)
 
 
 def _runs(recording: Recording) -> Problem:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import time
-from typing import TypeVar, cast
+from typing import cast
 
 from fastapi import Path, Request
 
 from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of, title_of, worded
+from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, title_of
 from woosh_pure.web.robot import Robot
 
 SESSION = "x-woosh-session"
-T = TypeVar("T")
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, object]]:
@@ -57,11 +56,6 @@ def context_of(request: Request) -> WebContext:
 def robot_of(request: Request) -> Robot:
     """Return the robot named in the path, or the first one."""
     return context_of(request).robot(request.path_params.get("robot"))
-
-
-def answer_to(request: Request, document: T) -> T:
-    """Return a document with its sentences in the language of the request."""
-    return cast("T", worded(document, language_of(request.headers)))
 
 
 def address_of(request: Request) -> str:

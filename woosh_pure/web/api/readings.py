@@ -20,10 +20,10 @@ from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
 from woosh_pure.maps.gridmap import grid_from_message
 from woosh_pure.web import models
-from woosh_pure.web.api.dependencies import PROBLEMS, answer_to, connected, context_of, problems, robot_of
+from woosh_pure.web.api.dependencies import PROBLEMS, connected, context_of, problems, robot_of
 from woosh_pure.web.camera import COSTMAP, jpeg_of
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.http_errors import Problem
+from woosh_pure.web.http_errors import Problem, worded
 from woosh_pure.web.live import robot_state
 from woosh_pure.web.snapshot import ages, faults_part, plain, pose_part, readiness_part, text_of
 
@@ -51,31 +51,31 @@ def get_status(request: Request) -> dict[str, object]:
         "text": say(str(readiness)),
         "age": min(known, default=None),
     }
-    return answer_to(request, document)
+    return worded(document, request.headers)
 
 
 @state.get("/snapshot", response_model=models.Snapshot)
 def get_snapshot(request: Request) -> dict[str, object]:
     """The whole state at once, with the age of each part."""
-    return answer_to(request, robot_state.snapshot(robot_of(request)))
+    return worded(robot_state.snapshot(robot_of(request)), request.headers)
 
 
 @state.get("/readiness", response_model=models.Readiness)
 def get_readiness(request: Request) -> dict[str, object]:
     """Whether the robot would move now, and if not, why."""
-    return answer_to(request, readiness_part(robot_of(request).chassis.readiness()))
+    return worded(readiness_part(robot_of(request).chassis.readiness()), request.headers)
 
 
 @state.get("/faults", response_model=models.Faults)
 def get_faults(request: Request) -> dict[str, object]:
     """The faults that are active now."""
-    return answer_to(request, faults_part(robot_of(request).chassis.faults))
+    return worded(faults_part(robot_of(request).chassis.faults), request.headers)
 
 
 @journal.get("/journal", response_model=list[models.Entry])
 def get_journal(request: Request) -> list[dict[str, object]]:
     """What was done, by whom, and how it ended; the oldest first."""
-    return answer_to(request, [entry.model_dump() for entry in robot_of(request).journal.entries()])
+    return worded([entry.model_dump() for entry in robot_of(request).journal.entries()], request.headers)
 
 
 @robots.get("/robots", response_model=list[models.RobotEntry])

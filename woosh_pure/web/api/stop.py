@@ -20,9 +20,9 @@ from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web import models
-from woosh_pure.web.api.dependencies import PROBLEMS, answer_to, check_command, context_of, name_of, problems
+from woosh_pure.web.api.dependencies import PROBLEMS, check_command, context_of, name_of, problems
 from woosh_pure.web.goals import command
-from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, language_of
+from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, worded
 from woosh_pure.web.middleware import MAX_BODY
 from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import stop_part
@@ -57,14 +57,13 @@ async def stop(request: Request) -> Response:
         raise
     complaint = complaint or _of_method(request) or body.complaint()
     if complaint is None:
-        return JSONResponse(answer_to(request, stop_part(report)))
+        return JSONResponse(worded(stop_part(report), request.headers))
     complaint.text = say(
         "stopped anyway: {report}; but {complaint}",
         report=str(report),
         complaint=say(complaint.text),
     )
-    problem = complaint.document(request.url.path, language_of(request.headers))
-    document = {**answer_to(request, stop_part(report)), **problem}
+    document = worded({**stop_part(report), **complaint.document(request.url.path)}, request.headers)
     headers = {"connection": "close"} if complaint.status in (408, 413) else {}
     if complaint.status == 405:
         headers["allow"] = "POST"
