@@ -22,7 +22,7 @@ from string import Formatter
 from typing import NamedTuple, TypeGuard
 
 from rosproto.cli.parser import leaves, sub_parsers
-from woosh_pure import enums, faults
+from woosh_pure import enums, faults, hints
 from woosh_pure.cli.commands import COMMANDS
 from woosh_pure.cli.entry import parser_for
 from woosh_pure.language.table import forms_of, key_of, read_table, translator_for
@@ -34,6 +34,7 @@ __all__ = [
     "advice_places",
     "english_left",
     "help_texts",
+    "hinted",
     "main",
     "missing",
     "mixed",
@@ -248,6 +249,7 @@ def unsaid() -> list[str]:
         *FROM_ARGPARSE,
         *texts(),
         *help_texts(),
+        *hinted(),
     }
     rows = (row for path in TABLES for row in read_table(path.read_text("utf-8"), path.name))
     return [row.english for row in rows if row.english not in said]
@@ -262,6 +264,12 @@ def texts() -> set[str]:
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
     }
     return found | {part for text in found for part in text.split("; ")}
+
+
+def hinted() -> set[str]:
+    """The right calls that `woosh_pure.hints` names."""
+    tables = [table for name, table in vars(hints).items() if name.isupper() and isinstance(table, str)]
+    return {line.rpartition(": ")[0] for table in tables for line in table.splitlines()}
 
 
 def advice_places() -> dict[str, set[str]]:

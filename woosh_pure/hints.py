@@ -10,6 +10,8 @@ import inspect
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
+from rosproto.sentence import both, say
+
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -170,7 +172,8 @@ class Hints:
                 right = meant(self._hints, name)
                 if not right or hasattr(type(self), name):
                     raise
-                raise AttributeError(f"{error}; use {right}", name=name, obj=self) from None
+                text = both(str(error), say("use {right}", right=say(right)))
+                raise AttributeError(text, name=name, obj=self) from None
 
 
 class SettingHints(Hints):
@@ -180,8 +183,9 @@ class SettingHints(Hints):
 
         def __setattr__(self, name: str, value: object) -> None:
             if not hasattr(type(self), name) and meant(self._hints, name):
-                text = f"{type(self).__name__!r} object has no attribute {name!r} to set; a call does it"
-                raise AttributeError(f"{text}, such as forward(0.5, speed=0.2)", name=name, obj=self)
+                text = f"{type(self).__name__!r} object has no attribute {name!r} to set"
+                text = both(text, "a call does it, such as forward(0.5, speed=0.2)")
+                raise AttributeError(text, name=name, obj=self)
             object.__setattr__(self, name, value)
 
 
@@ -201,7 +205,8 @@ def usage(right: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
             try:
                 signature.bind(*args, **kwargs)
             except TypeError as error:
-                raise TypeError(f"{method.__name__}(): {error}; use {right}") from None
+                hint = say("use {right}", right=say(right))
+                raise TypeError(both(f"{method.__name__}(): {error}", hint)) from None
             return method(*args, **kwargs)
 
         return call

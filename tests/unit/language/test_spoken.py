@@ -15,9 +15,13 @@ from rosproto.names import resolve
 from rosproto.numeric.pngfile import decode_png
 from rosproto.recording.recorder import _compiled
 from rosproto.sentence import say
+from tools import templates
+from tools.templates import english_left
+from woosh_pure import Chassis
 from woosh_pure.errors import GoalFailed, MotionRefused
 from woosh_pure.faults import Faults, decode_status_code
 from woosh_pure.language import said
+from woosh_pure.language.table import translator_for
 from woosh_pure.motion.steps import Step, check_steps
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness, Reason, ReasonKey
@@ -105,6 +109,31 @@ def test_a_wrong_value_is_refused_in_chinese(wrong: Callable[[], object], chines
     with pytest.raises((ValueError, TypeError)) as caught:
         wrong()
     assert chinese in said(caught.value, "zh")
+
+
+def test_the_hint_to_a_wrong_guess_is_said_in_chinese() -> None:
+    """In English too, the text is that of Python, with the right call behind it."""
+    chassis = Chassis("127.0.0.1:1")
+    for guess, words in (
+        (lambda: chassis.goto, "；请用 go_to_mark(name)，或 go_to(x, y, yaw)"),
+        (lambda: chassis.battery.percent, "请用 latest.NAME，latest 起初是 None"),
+        (lambda: chassis.go_to("A1"), "；请用 go_to(x, y, yaw)，单位米和弧度；标记点用"),
+    ):
+        with pytest.raises((AttributeError, TypeError)) as caught:
+            guess()
+        assert words in said(caught.value, "zh")
+        assert str(caught.value).isascii()
+
+
+def test_every_hint_in_words_has_its_chinese() -> None:
+    left = [
+        right
+        for right in templates.hinted()
+        if not right.startswith(("woosh ", "rosproto ", "from "))
+        and english_left(right)
+        and not translator_for("zh").has(right)
+    ]
+    assert left == []
 
 
 def test_a_refusal_of_a_step_names_the_library_and_no_shell_command() -> None:
