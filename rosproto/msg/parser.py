@@ -26,6 +26,7 @@ from rosproto.msg.spec import (
     ServiceSpec,
 )
 from rosproto.names import is_legal_base_name
+from rosproto.sentence import both, say
 from rosproto.text import short
 
 CONSTANT_TYPES = BUILTIN_TYPES - {"time", "duration"}
@@ -191,10 +192,8 @@ def _field(clean: str, package: str, lenient: bool) -> Field:
         )
     written, name = words
     if not is_legal_base_name(name):
-        raise ValueError(
-            f"{short(name)!r} is not a field name; expected an ASCII letter, "
-            f"then letters, digits or underscores"
-        )
+        expected = "expected an ASCII letter, then letters, digits or underscores"
+        raise ValueError(both(say("{name!r} is not a field name", name=short(name)), expected))
     return Field(name, _field_type(written, package))
 
 
@@ -229,10 +228,8 @@ def _constant(line: str, clean: str, lenient: bool) -> Constant:
     words = _words(clean, lenient)
     type_name = words[0]
     if type_name not in CONSTANT_TYPES:
-        raise ValueError(
-            f"{short(type_name)!r} cannot be the type of a constant; "
-            f"expected a builtin number, bool or string"
-        )
+        wrong = say("{type!r} cannot be the type of a constant", type=short(type_name))
+        raise ValueError(both(wrong, "expected a builtin number, bool or string"))
     if type_name == "string":
         # The value is everything after the first `=`, including `#`: strings have no comments.
         left, _, text = line.partition("=")

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rosproto.codec import DynamicMessage, Message, message_class
+from rosproto.sentence import both, say
 
 if TYPE_CHECKING:
     from msgdefs.sensor_msgs.msg import CompressedImage, Image
@@ -150,10 +151,8 @@ def pixel_layout(encoding: str) -> PixelLayout:
         return known
     match = _BY_RULE.fullmatch(encoding)
     if match is None or ((match[2] == "F") != (match[1] in ("32", "64")) and match[1] != "32"):
-        raise ValueError(
-            f"image encoding {encoding[:40]!r} is unknown; known are {', '.join(ENCODINGS)} "
-            "and those like 16UC1, 32FC1"
-        )
+        known = say("known are {names} and those like 16UC1, 32FC1", names=list(ENCODINGS))
+        raise ValueError(both(say("image encoding {name!r} is unknown", name=encoding[:40]), known))
     return PixelLayout({"U": "u", "S": "i", "F": "f"}[match[2]] + str(int(match[1]) // 8), int(match[3] or 1))
 
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rosproto import quaternion as rotation
 from rosproto.codec import DynamicMessage, message_class
+from rosproto.sentence import both, say
 
 if TYPE_CHECKING:
     from msgdefs.geometry_msgs.msg import Pose, Quaternion, Transform
@@ -23,10 +24,8 @@ def _unit(quaternion: Quaternion | DynamicMessage) -> tuple[float, float, float,
     x, y, z, w = quaternion.x, quaternion.y, quaternion.z, quaternion.w
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if not math.isfinite(length) or length < 1e-9:
-        raise ValueError(
-            f"quaternion ({x}, {y}, {z}, {w}) is not a rotation; the identity has w = 1, "
-            "a new message has w = 0"
-        )
+        wrong = say("quaternion ({x}, {y}, {z}, {w}) is not a rotation", x=x, y=y, z=z, w=w)
+        raise ValueError(both(wrong, "the identity has w = 1, a new message has w = 0"))
     return rotation.normalized((x, y, z, w))
 
 
