@@ -151,8 +151,8 @@ def pixel_layout(encoding: str) -> PixelLayout:
         return known
     match = _BY_RULE.fullmatch(encoding)
     if match is None or ((match[2] == "F") != (match[1] in ("32", "64")) and match[1] != "32"):
-        known = say("known are {names} and those like 16UC1, 32FC1", names=list(ENCODINGS))
-        raise ValueError(both(say("image encoding {name!r} is unknown", name=encoding[:40]), known))
+        others = say("known are {names} and those like 16UC1, 32FC1", names=list(ENCODINGS))
+        raise ValueError(both(say("image encoding {name!r} is unknown", name=encoding[:40]), others))
     return PixelLayout({"U": "u", "S": "i", "F": "f"}[match[2]] + str(int(match[1]) // 8), int(match[3] or 1))
 
 

@@ -482,7 +482,9 @@ def test_a_simulated_robot_is_driven_at_once():
 def test_an_address_that_no_phone_reaches_is_no_code():
     pytest.importorskip("fastapi", reason="needs the extra `web`")
     pytest.importorskip("segno", reason="needs the extra `web`")
-    with Terminal("sim", "--robots", "2", "--port", "0", "--page-port", "0", columns=200, rows=60) as terminal:
+    with Terminal(
+        "sim", "--robots", "2", "--port", "0", "--page-port", "0", columns=200, rows=60
+    ) as terminal:
         assert "█" not in terminal.wait_for("try:")
 
 

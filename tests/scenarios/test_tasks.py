@@ -312,6 +312,8 @@ def test_waiting_for_a_state_that_does_not_come_ends_in_time(chassis):
 
 def test_a_mark_that_is_not_known_is_answered_by_near_ones_and_the_list(chassis):
     """As the commands answer it; the simulator tells its marks, and the robot's own words stay."""
-    with pytest.raises(MotionRefused, match=r"did you mean A1.*\?; marks: A1, A2, B1, B2, C1, P1, W1") as caught:
+    with pytest.raises(
+        MotionRefused, match=r"did you mean A1.*\?; marks: A1, A2, B1, B2, C1, P1, W1"
+    ) as caught:
         chassis.go_to_mark("a1")
     assert caught.value.robot_text == "this mark is not known"

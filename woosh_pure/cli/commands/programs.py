@@ -111,7 +111,8 @@ def run_run(args: Namespace, out: Output) -> int:
 def _end_with(pipe: int) -> None:
     """Interrupt this process, as Ctrl-C does, when nobody has the other end of a pipe any more."""
     os.read(pipe, 1)
-    os.kill(os.getpid(), signal.SIGINT)
+    if os.name == "posix":  # elsewhere no pipe is handed on
+        os.kill(os.getpid(), signal.SIGINT)
 
 
 def _leave_own_frames(error: traceback.TracebackException) -> None:
