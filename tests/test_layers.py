@@ -282,7 +282,7 @@ CHASSIS_FLOORS = [
     "faults",
     "outcome values",
     "errors maps",
-    "connection",
+    "connection robot_api",
     "feed",
     "doctor readiness stopping",
     "components",
