@@ -18,10 +18,11 @@ import json
 import math
 import re
 from collections.abc import Callable, Mapping
-from functools import cache, lru_cache
+from functools import cache
 from importlib import resources
 from typing import Any, Literal, NamedTuple
 
+from rosproto import json_fields
 from rosproto.errors import CodecError
 from rosproto.json_fields import Expected, shown
 from rosproto.text import short
@@ -38,13 +39,8 @@ Values = dict[str, Any]
 
 
 class RequestType(NamedTuple):
-    """A request of the interface.
-
-    Attributes:
-        kind: Whether it reads, changes something, or may move the robot.
-        answer: Type of the answer.
-        empty: The answer's body is empty.
-    """
+    """A request: whether it reads, changes something or may move the robot; the type of its answer, and
+    whether that is empty."""
 
     kind: Literal["read", "change", "move"]
     answer: str
@@ -52,16 +48,8 @@ class RequestType(NamedTuple):
 
 
 class Field(NamedTuple):
-    """A field of a message.
-
-    Attributes:
-        name: In snake_case.
-        key: In lowerCamelCase, as it is written.
-        number: Of protobuf.
-        type: A scalar type of protobuf, or the name of an enum or message.
-        repeated: Whether it is a list.
-        oneof: The name of its oneof; "" if it is in none.
-    """
+    """A field of a message: its name in snake_case, as `key` in lowerCamelCase; its number and type (a scalar
+    of protobuf, an enum or a message), whether it is a list, and its oneof, "" if it is in none."""
 
     name: str
     key: str
@@ -71,14 +59,14 @@ class Field(NamedTuple):
     oneof: str
 
 
-@lru_cache(maxsize=1)
+@cache
 def _data() -> dict[str, Any]:
     text = resources.files("woosh_pure").joinpath("data/robot_api.json").read_text(encoding="utf-8")
     data: dict[str, Any] = json.loads(text)
     return data
 
 
-@lru_cache(maxsize=1)
+@cache
 def requests() -> Mapping[str, RequestType]:
     """The requests that a robot answers, by type."""
     found = {}
@@ -88,7 +76,7 @@ def requests() -> Mapping[str, RequestType]:
     return found
 
 
-@lru_cache(maxsize=1)
+@cache
 def topics() -> frozenset[str]:
     """The types that a robot pushes to clients which subscribe to them."""
     return frozenset(_data()["topics"])
@@ -100,11 +88,7 @@ def messages() -> tuple[str, ...]:
 
 
 def enum(type_name: str) -> Mapping[str, int]:
-    """The numbers of an enum or bit mask by name.
-
-    Raises:
-        KeyError: There is no such enum.
-    """
+    """The numbers of an enum or bit mask by name; KeyError if there is none."""
     numbers: dict[str, int] = _data()["enums"][type_name]
     return numbers
 
@@ -137,7 +121,7 @@ def load(type_name: str, body: object, *, strict: bool = False) -> Values:
     Args:
         type_name: The message, "woosh.robot.Twist".
         body: Decoded JSON. Fields may be named in both spellings, and numbers be texts.
-        strict: Refuse unknown fields, as for what a user typed. By default they are left out, because newer
+        strict: Refuse unknown fields, as in what a user typed. By default they are left out, because newer
             robots send more.
 
     Raises:
@@ -152,7 +136,7 @@ def dump(type_name: str, values: Mapping[str, Any], zeros: bool = True) -> Value
     Args:
         type_name: The message.
         values: By lowerCamelCase name. Lists may be arrays of numpy; bytes may be base64 already.
-        zeros: Write defaults of fields, as robots do; without, only what differs from them, as clients do.
+        zeros: Write defaults, as robots do; without, only what differs from them, as clients do.
 
     Raises:
         CodecError: There is no such message or field, or a value does not fit.
@@ -161,23 +145,27 @@ def dump(type_name: str, values: Mapping[str, Any], zeros: bool = True) -> Value
 
 
 def _written(type_name: str, values: Values, zeros: bool) -> Values:
-    body: Values = {}
+    body = {}
     for field in fields(type_name):
         value = values.get(field.key)
-        default, _, write = _scalar(field.type)
-        if value is None or (not zeros and not field.oneof and value == ([] if field.repeated else default)):
+        default = [] if field.repeated else _scalar(field.type)[0]
+        if value is None or (not zeros and not field.oneof and value == default):
             continue
-        if default is None:
-            body[field.key] = (
-                [_written(field.type, one, zeros) for one in value]
-                if field.repeated
-                else _written(field.type, value, zeros)
-            )
-        elif write is None:
-            body[field.key] = value
+        if field.repeated:
+            body[field.key] = [_json(field.type, one, zeros) for one in value]
         else:
-            body[field.key] = [write(one) for one in value] if field.repeated else write(value)
+            body[field.key] = _json(field.type, value, zeros)
     return body
+
+
+def _json(type_name: str, value: Any, zeros: bool) -> Any:
+    if isinstance(value, dict):
+        return _written(type_name, value, zeros)
+    if isinstance(value, bytes):
+        return base64.b64encode(value).decode("ascii")
+    if isinstance(value, float) and not math.isfinite(value):
+        return json.dumps(value)  # "NaN", "Infinity", "-Infinity"
+    return str(value) if type_name in ("int64", "uint64") else value
 
 
 class _Loader:
@@ -193,31 +181,24 @@ class _Loader:
         known = fields(type_name)
         if not isinstance(body, Mapping):
             raise self.error(f"{shown(body)} given; expected an object with the fields of {type_name}", path)
-        if self.strict:
-            names = {name for field in known for name in (field.name, field.key)}
-            for name in body:
-                if name not in names:
-                    listed = ", ".join(field.key for field in known) or "none"
-                    text = f"{type_name} has no field {short(str(name))!r}; it has: {listed}"
-                    raise self.error(text, path)
+        unknown = set(body).difference(*((field.name, field.key) for field in known)) if self.strict else ()
+        if unknown:
+            names = ", ".join(field.key for field in known) or "none"
+            raise self.error(f"{type_name} has no field {short(str(min(unknown)))!r}; it has: {names}", path)
         found: Values = {}
         chosen: dict[str, str] = {}
         for field in known:
             value = body.get(field.key)
-            if value is None:
-                value = body.get(field.name)
+            value = body.get(field.name) if value is None else value
             inner = f"{path}.{field.key}" if path else field.key
             if field.repeated:
                 found[field.key] = self.array(field.type, [] if value is None else value, inner)
-                continue
-            if value is None:
-                default = _scalar(field.type)[0]
-                if not field.oneof and default is not None:
-                    found[field.key] = default
-                continue
-            if field.oneof and chosen.setdefault(field.oneof, field.key) != field.key:
-                raise self.error(f"{chosen[field.oneof]} is there, too; expected only one of them", inner)
-            found[field.key] = self.one(field.type, value, inner)
+            elif value is not None:
+                if field.oneof and chosen.setdefault(field.oneof, field.key) != field.key:
+                    raise self.error(f"{chosen[field.oneof]} is there, too; expected only one of them", inner)
+                found[field.key] = self.one(field.type, value, inner)
+            elif not field.oneof and (default := _scalar(field.type)[0]) is not None:
+                found[field.key] = default
         return found
 
     def array(self, type_name: str, value: Any, path: str) -> list[Any]:
@@ -230,7 +211,7 @@ class _Loader:
         return [self.one(type_name, one, f"{path}[{at}]") for at, one in enumerate(value)]
 
     def one(self, type_name: str, value: object, path: str) -> Any:
-        default, read, _ = _scalar(type_name)
+        default, read = _scalar(type_name)
         if default is None:
             return self.message(type_name, value, path)
         try:
@@ -242,33 +223,23 @@ class _Loader:
 # -- scalars -------------------------------------------------------------------------------------------------
 
 
-def _whole(low: int, high: int) -> Callable[[Any], int]:
-    def read(value: Any) -> int:
-        if isinstance(value, str) and _NUMBER.fullmatch(value):
-            value = int(value) if value.removeprefix("-").isdecimal() else float(value)
-        if isinstance(value, float) and value.is_integer():
-            value = int(value)
-        if isinstance(value, int) and not isinstance(value, bool) and low <= value <= high:
-            return int(value)
-        raise Expected(f"a whole number from {low} to {high}")
+def _number(value: Any) -> Any:
+    """The number that a text is; anything else as it is."""
+    if not isinstance(value, str) or not (value in _NOT_FINITE or _NUMBER.fullmatch(value)):
+        return value
+    return int(value) if value.removeprefix("-").isdecimal() else float(value)
 
-    return read
+
+def _whole(low: int, high: int) -> Callable[[Any], int]:
+    check = json_fields.whole(low, high)
+    return lambda value: check(_number(value), 0)
 
 
 def _real(value: Any) -> float:
-    if isinstance(value, str) and (value in _NOT_FINITE or _NUMBER.fullmatch(value)):
-        value = float(value)
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        if -_MAX_FLOAT <= value <= _MAX_FLOAT or (isinstance(value, float) and not math.isfinite(value)):
-            return float(value)
-        raise Expected("a number within float32")
-    raise Expected("a number")
-
-
-def _flag(value: Any) -> bool:
-    if isinstance(value, bool):
+    value = _number(value)
+    if type(value) is float and not math.isfinite(value):
         return value
-    raise Expected("true or false")
+    return json_fields.number(-_MAX_FLOAT, _MAX_FLOAT, "a number within float32")(value, 0)
 
 
 def _text(value: Any) -> str:
@@ -293,50 +264,30 @@ def _octets(value: Any) -> bytes:
     raise Expected("bytes as base64")
 
 
-def _enum(type_name: str) -> Callable[[Any], int]:
-    names, number = enum(type_name), _whole(-(2**31), 2**31 - 1)
-
-    def read(value: Any) -> int:
-        known = names.get(value) if isinstance(value, str) else None
-        if known is not None:
-            return known
-        try:
-            return number(value)
-        except Expected:
-            raise Expected(f"a number or a name of {type_name}") from None
-
-    return read
-
-
-def _written_float(value: float) -> float | str:
-    return value if math.isfinite(value) else json.dumps(value)  # "NaN", "Infinity", "-Infinity"
-
-
-def _written_bytes(value: bytes) -> str:
-    return base64.b64encode(value).decode("ascii")
-
-
-Scalar = tuple[Any, Callable[[Any], Any], Callable[[Any], Any] | None]
-_NO_SCALAR: Scalar = None, _flag, None
+Scalar = tuple[Any, Callable[[Any], Any]]
 _SCALARS: dict[str, Scalar] = {
-    "bool": (False, _flag, None),
-    "bytes": (b"", _octets, _written_bytes),
-    "float": (0.0, _real, _written_float),
-    "int32": (0, _whole(-(2**31), 2**31 - 1), None),
-    "uint32": (0, _whole(0, 2**32 - 1), None),
-    "fixed32": (0, _whole(0, 2**32 - 1), None),
-    "int64": (0, _whole(-(2**63), 2**63 - 1), str),
-    "uint64": (0, _whole(0, 2**64 - 1), str),
-    "string": ("", _text, None),
+    "bool": (False, lambda value: json_fields.flag(value, 0)),
+    "bytes": (b"", _octets),
+    "float": (0.0, _real),
+    "string": ("", _text),
+    "int32": (0, _whole(-(2**31), 2**31 - 1)),
+    "uint32": (0, _whole(0, 2**32 - 1)),
+    "fixed32": (0, _whole(0, 2**32 - 1)),
+    "int64": (0, _whole(-(2**63), 2**63 - 1)),
+    "uint64": (0, _whole(0, 2**64 - 1)),
 }
 
 
 @cache
 def _scalar(type_name: str) -> Scalar:
-    """Default, reader and writer of a type that is not a message; the default of a message is None."""
-    if type_name in _data()["enums"]:
-        return 0, _enum(type_name), None
-    return _SCALARS.get(type_name, _NO_SCALAR)
+    """Default and reader of a scalar or enum; the default of a message is None."""
+    names = _data()["enums"].get(type_name)
+    if names is None:
+        return _SCALARS.get(type_name, (None, _number))
+    check = json_fields.whole(-(2**31), 2**31 - 1, f"a number or a name of {type_name}")
+    return 0, lambda value: check(
+        names[value] if isinstance(value, str) and value in names else _number(value), 0
+    )
 
 
 # -- frames --------------------------------------------------------------------------------------------------
