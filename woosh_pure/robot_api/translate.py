@@ -1,0 +1,160 @@
+"""What ROS 1 and the Robot API say alike, as one table of pairs: a row of ROS 1 and a type of the API. Pure.
+
+Most fields only have other names, which a bridge to ROS 1 would read in the other direction. What ROS 1 does
+not tell is left out, which is the default there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+from woosh_pure.enums import RobotMode, RobotState, TaskState, WorkMode
+from woosh_pure.faults import FaultLevel, decode_status_code
+from woosh_pure.geometry import yaw_from_quaternion
+from woosh_pure.robot_api.wire import Values, enum
+
+ROBOT = "woosh.robot."
+COUNT = "woosh.robot.count."
+_NOT_CHARGING, _BY_CABLE, _AT_STATION = 1, 2, 3  # Battery.ChargeState
+_DRIVES = {"differential": 0, "omnidirectional": 2}
+"""`driverMethod` by `movebaseType`; other words are not known, and 0 is its default (assumed)."""
+
+
+class Pair(NamedTuple):
+    """A row and a type that tell the same.
+
+    Attributes:
+        row: The topic of ROS 1.
+        type_name: The type of the Robot API; a row may fill several, and a type come of several.
+        names: Fields that are equal: path in the type, path in the message.
+        others: The other fields of the type, of a message.
+    """
+
+    row: str
+    type_name: str
+    names: Mapping[str, str]
+    others: Callable[[Any], Values] = lambda _: {}
+
+
+def to_api(row: str, message: Any) -> dict[str, Values]:
+    """The values that a message of a row gives, by type: parts of them where a type has several rows."""
+    return {pair.type_name: _values(pair, message) for pair in PAIRS if pair.row == row}
+
+
+def _values(pair: Pair, message: Any) -> Values:
+    found = pair.others(message)
+    for path, there in pair.names.items():
+        *outer, name = path.split(".")
+        inner = found
+        for part in outer:
+            inner = inner.setdefault(part, {})
+        inner[name] = attrgetter(there)(message)
+    return found
+
+
+# -- fields that differ --------------------------------------------------------------------------------------
+
+
+def _task(m: Any) -> Values:
+    # The robot's own tasks may have negative numbers.
+    return {"robotTaskId": m.task_id - 2**64 if m.task_id >= 2**63 else m.task_id}
+
+
+def _count(limit: int, value: float) -> int:
+    return min(max(0, int(value)), limit) if math.isfinite(value) else 0
+
+
+def _battery(m: Any) -> Values:
+    charging = _AT_STATION if m.chargeMode else _BY_CABLE
+    known = m.capacityDesign > 0.0 and m.capacityFull >= 0.0
+    return {
+        "chargeState": charging if m.chargeStatus else _NOT_CHARGING,
+        "health": _count(100, round(100.0 * m.capacityFull / m.capacityDesign)) if known else 0,
+        "tempMax": max(0, m.tempMax),  # its type has no frost
+    }
+
+
+def _status_code(m: Any) -> Values:
+    code = decode_status_code(m.data)
+    return {"msg": code.english, "level": int(code.level)}
+
+
+def _path(m: Any) -> Values:
+    poses = []
+    for one in m.poses:
+        at, turn = one.pose.position, one.pose.orientation
+        poses.append({"x": at.x, "y": at.y, "theta": yaw_from_quaternion(turn.x, turn.y, turn.z, turn.w)})
+    return {"path": {"poses": poses}}
+
+
+PAIRS = (
+    Pair(
+        "/robot_status", ROBOT + "TaskProc",
+        {
+            "type": "task_type", "state": "task_state", "dest": "dest", "msg": "msg", "time": "time",
+            "action.type": "action_type", "action.state": "action_state", "action.waitId": "wait_id",
+        },
+        _task,
+    ),
+    Pair("/robot_status", ROBOT + "RobotState", {"state": "robot_state"}),
+    Pair("/robot_status", ROBOT + "Mode", {"ctrl": "robot_mode", "work": "work_mode"}),
+    Pair("/movebase_pose2d", ROBOT + "PoseSpeed", {f"pose.{name}": name for name in ("x", "y", "theta")}),
+    Pair("/odom_twist", ROBOT + "PoseSpeed", {"twist.linear": "linear.x", "twist.angular": "angular.z"}),
+    Pair("/odometer", ROBOT + "PoseSpeed", {}, lambda m: {"mileage": _count(2**32 - 1, m.data)}),
+    Pair(
+        "/battery", ROBOT + "Battery",
+        {"power": "batteryPercentage", "chargeCycle": "chargeCycle", "batteryCycle": "batteryCycle"},
+        _battery,
+    ),
+    Pair(
+        "/information", ROBOT + "General",
+        {"version.system": "hardwareVersion", "version.rc": "softwareVersion"},
+        lambda m: {"driverMethod": _DRIVES.get(m.movebaseType, 0)},
+    ),
+    Pair("/status_code", COUNT + "StatusCode", {"code": "data"}, _status_code),
+    Pair(
+        "/scan", ROBOT + "ScannerData",
+        {
+            "angleMin": "angle_min", "angleMax": "angle_max", "angleIncrement": "angle_increment",
+            "timeIncrement": "time_increment", "scanTime": "scan_time", "rangeMin": "range_min",
+            "rangeMax": "range_max", "ranges": "ranges",
+        },
+    ),
+    Pair("/move_base/global_plan", ROBOT + "NavPath", {}, _path),
+)  # fmt: skip
+"""/robot_status is three types of the API, and PoseSpeed three rows of ROS 1."""
+
+
+# -- what follows from several rows --------------------------------------------------------------------------
+
+
+def operation_state(values: Mapping[str, Values], worst: FaultLevel) -> Values | None:
+    """OperationState of TaskProc, RobotState and Mode, by type; None while one is not known.
+
+    Only taskable is told, and not while a severe fault lasts: no topic tells the bits of the navigation.
+    """
+    task, state, mode = (values.get(ROBOT + name) for name in ("TaskProc", "RobotState", "Mode"))
+    if task is None or state is None or mode is None:
+        return None
+    taskable = (
+        state["state"] in (RobotState.IDLE, RobotState.CHARGING)
+        and (mode["ctrl"], mode["work"]) == (RobotMode.AUTOMATIC, WorkMode.TASK)
+        and not TaskState(task["state"]).is_under_way
+        and worst < FaultLevel.SEVERE
+    )
+    return {"robot": enum(ROBOT + "OperationState.RobotBit")["kTaskable"] * taskable}
+
+
+def path_driven(values: Mapping[str, Values]) -> Values | None:
+    """NavPath: the last plan while a task is under way or the robot moves, else an empty path.
+
+    The topic keeps the plan of the goal before; None while nothing tells whether that is over.
+    """
+    task, speed = values.get(ROBOT + "TaskProc"), values.get(ROBOT + "PoseSpeed")
+    if task is None or speed is None:
+        return None
+    driven = TaskState(task["state"]).is_under_way or any(speed["twist"].values())
+    return values.get(ROBOT + "NavPath", {}) if driven else {}
