@@ -289,7 +289,7 @@ CHASSIS_FLOORS = [
     "motion readings velocity",
     "peripherals sim",
     "chassis",
-    "aio fleet foxglove selftest web woosh_pure",
+    "aio api_server fleet foxglove selftest web woosh_pure",
     "cli pytest_plugin",
     "__main__",
 ]

@@ -59,15 +59,16 @@ def _one_line(text: str) -> str:
     return text if text == plain else plain  # equal, but a Sentence
 
 
-def cannot_listen(error: ConnectionLost, option: str) -> str:
-    """Return the error of a listening socket, with the option to change."""
+def cannot_listen(error: ConnectionLost, option: str, port: str = "--port") -> str:
+    """Return the error of a listening socket, with the option of the address or port to change."""
     from rosproto.transport.os_errors import address_is_not_ours, port_is_taken
 
     if port_is_taken(error.__cause__):
         return sentence.say(
             "listen on {address}: the port is taken (or not allowed); "
-            "end what runs there, or choose another --port (0: a free one)",
+            "end what runs there, or choose another {port} (0: a free one)",
             address=error.peer,
+            port=port,
         )
     if address_is_not_ours(error.__cause__):
         return sentence.say(

@@ -1,4 +1,4 @@
-"""`GatewayState` and `GatewayServer`: what the rosbridge server and the Foxglove server have in common."""
+"""`GatewayState` and `GatewayServer`: what the servers for other programs have in common."""
 
 from __future__ import annotations
 
@@ -6,16 +6,18 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TypeVar
 
 from rosproto.aio.pool import Pool
 from rosproto.gateway.access import Access, Refused
 from rosproto.gateway.client_limits import READER_BYTES, GatewayLimits
 from rosproto.gateway.client_publications import ClientPublications
-from rosproto.gateway.json_text import JsonReader
+from rosproto.gateway.json_text import JsonReader, is_short
 from rosproto.gateway.shared_subscriptions import SharedSubscriptions
 from rosproto.gateway.velocity_watchdog import VelocityWatchdog
 from rosproto.gateway.websocket_server import WebSocketServer
+from rosproto.json_values import JsonValue
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
 
@@ -29,7 +31,7 @@ class GatewayState:
 
     Args:
         node: Subscribes, publishes, calls.
-        kind: "rosbridge" or "foxglove".
+        kind: "rosbridge", "foxglove" or "robot-api".
         access: What clients may do.
         limits: Bounds for a client.
         watchdog: Process that sends zero where a client drives if this process dies.
@@ -59,6 +61,14 @@ class GatewayState:
         """Longest message of a client in bytes: less where nothing may be written."""
         limit = self.limits.message_bytes
         return limit if self.access.writes_anything else min(READER_BYTES, limit)
+
+    async def read_json(self, data: str | bytes) -> list[JsonValue]:
+        """The JSON values of a client's message; a long one is decoded in a thread.
+
+        Raises:
+            JsonError: It is not JSON, or has too many values.
+        """
+        return self.json.read(data) if is_short(data) else await self.pool.run(partial(self.json.read, data))
 
     @contextmanager
     def waiting(self, *, long: bool = False) -> Iterator[None]:

@@ -1,4 +1,4 @@
-"""`WebSocketServer`: the server below both gateways, with `websockets` on an asyncio loop in its own thread.
+"""`WebSocketServer`: the server below the gateways, with `websockets` on an asyncio loop in its own thread.
 
 Connections are bounded in number and time before they become clients, and their HTTP request is checked
 (`Listener`, `handshake.py`). A client's session gets its messages one after the other, and
@@ -56,7 +56,7 @@ def need_websockets(name: str) -> ModuleType:
     Raises:
         LocalProtocolError: It is not installed or too old; the text names the extra.
     """
-    extra = "foxglove" if name == "foxglove" else "bridge"
+    extra = {"foxglove": "foxglove", "robot-api": "api"}.get(name, "bridge")
     missing = f'a {name} server needs the package websockets (14 or newer): pip install ".[{extra}]"'
     return optional_module("websockets.asyncio.server", LocalProtocolError(missing))
 

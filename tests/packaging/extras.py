@@ -31,6 +31,7 @@ OF_USERS = {
     "ros2": ["rosproto bag convert --ros2 {bag} {out}/ros2"],
     "bridge": ["rosproto bridge --port 0 => ws://"],
     "foxglove": ["rosproto foxglove --port 0 => ws://"],
+    "api": ["woosh sim --port 0 --robot-api 0 => ws://"],
     "web": ["woosh web --port 0 --no-browser => http://"],
     "fleet": ["woosh vda5050 --broker mqtt://127.0.0.1:9 --manufacturer m --serial s => cannot be reached"],
 }

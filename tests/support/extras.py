@@ -7,6 +7,7 @@ import pytest
 __all__ = ["needs"]
 
 _MODULES = {
+    "api": ("websockets",),
     "bridge": ("websockets", "cbor2"),
     "cli": ("PIL",),
     "fleet": ("paho.mqtt.client",),

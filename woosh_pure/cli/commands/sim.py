@@ -74,6 +74,14 @@ def add_sim(parser: ArgumentParser) -> None:
         help="so many, on ports in a row, and a page with all",
     )
     parser.add_argument("--page-port", type=port, default=8080, metavar="PORT", help="of that page (8080)")
+    parser.add_argument(
+        "--robot-api",
+        type=port,
+        nargs="?",
+        const=5480,
+        metavar="PORT",
+        help="also answer read requests of the Robot API, on this computer only (5480; 0: any)",
+    )
     add_token(parser, "WOOSH_WEB_TOKEN", "what everybody has to know for the page; needed off this computer")
     parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
     parser.add_argument("--seed", type=to_int, default=0, help="seed of all random values")
@@ -152,6 +160,7 @@ def run_sim(args: Namespace, out: Output) -> None:
     with ExitStack() as stack:
         for one in sims.values():
             _start(one, stack)
+        apis = {} if args.robot_api is None else _serve_api(sims, args, stack)
         if args.robots > 1:
             _show(sims, args, out, stack)
         for name, one in sims.items():
@@ -161,11 +170,15 @@ def run_sim(args: Namespace, out: Output) -> None:
                 speed=args.speed,
             )
             out.line(text if args.robots == 1 else led(name, text))
+            if name in apis:
+                text = say("Robot API, read requests only: {url}", url=apis[name])
+                out.line(text if args.robots == 1 else led(name, text))
         if args.firmware != "1.1.4":
             out.line("its messages are those of firmware {firmware}", firmware=args.firmware)
         out.line("marks: {names}", names=list(sim.world.site.marks) or say("none"))
         out.line("try:   woosh --master {uri} status", uri=sim.master_uri)
-        out.result({"master_uri": sim.master_uri, "marks": sorted(sim.world.site.marks)})
+        door = {"robot_api": apis["robot1"]} if apis else {}
+        out.result({"master_uri": sim.master_uri, "marks": sorted(sim.world.site.marks), **door})
         deadline, began = Deadline(args.seconds), time.monotonic()
         while not deadline.expired:
             while schedule and time.monotonic() - began >= schedule[0][0]:
@@ -206,6 +219,25 @@ def _start(sim: SimulatedChassis, stack: ExitStack) -> None:
     except ConnectionLost as error:
         # A local error: the address cannot be bound.
         raise ChassisError(cannot_listen(error, "--bind")) from error
+
+
+def _serve_api(sims: Mapping[str, SimulatedChassis], args: Namespace, stack: ExitStack) -> dict[str, str]:
+    """Serve the Robot API of each robot, on ports in a row; return the addresses."""
+    from rosproto import Node
+    from woosh_pure.api_server import RobotApiServer, simulated_site
+
+    urls = {}
+    for number, (name, sim) in enumerate(sims.items(), 1):
+        node = stack.enter_context(
+            Node("woosh_robot_api", master_uri=sim.master_uri, host=args.bind, anonymous=True, rosout=False)
+        )
+        port, site = args.robot_api and args.robot_api + number - 1, simulated_site(sim, number)
+        try:
+            server = stack.enter_context(RobotApiServer(node, port=port, robot_id=number, site=site))
+        except ConnectionLost as error:
+            raise ChassisError(cannot_listen(error, "--bind", "--robot-api")) from error
+        urls[name] = server.url
+    return urls
 
 
 def _show(sims: Mapping[str, SimulatedChassis], args: Namespace, out: Output, stack: ExitStack) -> None:

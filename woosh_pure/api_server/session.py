@@ -1,0 +1,133 @@
+"""`ApiSession`: one client of the server: its requests, answered one by one, and its subscriptions.
+
+`respond` answers a request whatever carried it; HTTP would use it as well.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from typing import Any
+
+from rosproto.errors import RosError
+from rosproto.gateway import ClientChannel, Refused
+from rosproto.json_fields import shown
+from rosproto.text import short
+from woosh_pure.api_server.state import SCANNER, ApiState
+from woosh_pure.robot_api import wire
+from woosh_pure.robot_api.wire import Values
+
+MAX_TYPE = 200  # characters of a type that are repeated
+_SN_BITS = 63
+
+
+def respond(state: ApiState, frame: object) -> Values:
+    """Answer one request; the answer has its number. May wait for the robot, see `ApiState.waits`.
+
+    Args:
+        state: The robot.
+        frame: Decoded JSON: `{"type", "body", "sn"}`.
+    """
+    if not isinstance(frame, dict):
+        return wire.answer("", ok=False, msg=f"the message is {shown(frame)}; expected an object")
+    type_name, sn = frame.get("type"), frame.get("sn")
+    known = type_name[:MAX_TYPE] if isinstance(type_name, str) else ""
+    if sn is not None and (type(sn) is not int or sn.bit_length() > _SN_BITS):
+        text = f"sn is {shown(sn)}; expected a whole number of at most {_SN_BITS} bits"
+        return wire.answer(known, ok=False, msg=text)
+    try:
+        if not isinstance(type_name, str):
+            raise Refused("the request has no type; expected one such as woosh.robot.RobotState")
+        request = wire.requests().get(type_name)
+        if request is None:
+            raise Refused(f"{short(type_name)!r} is not a request of the Robot API")
+        if request.kind != "read":
+            raise Refused(f"{type_name} is refused: this server only answers questions, and nothing was done")
+        values = state.answer(type_name, wire.load(type_name, frame.get("body")))
+        return wire.answer(request.answer, values, sn=sn)
+    except (Refused, RosError, ValueError) as problem:
+        return wire.answer(known, ok=False, msg=str(problem), sn=sn)
+
+
+class ApiSession:
+    """One client of a server; a `ClientSession`.
+
+    Args:
+        state: Shared by all sessions.
+        channel: Sends to the client.
+
+    Attributes:
+        topics: Types that are pushed to it; changed by `ApiState.subscribe` alone.
+    """
+
+    def __init__(self, state: ApiState, channel: ClientChannel) -> None:
+        self.channel = channel
+        self.topics: frozenset[str] = frozenset()
+        self._state = state
+        self._pushed: dict[str, str] = {}
+
+    @property
+    def max_message_bytes(self) -> int:
+        """Longest next message in bytes."""
+        return self._state.max_message_bytes
+
+    async def received(self, data: str | bytes) -> None:
+        """Answer one message; in the server's loop."""
+        state = self._state
+        try:
+            documents = await state.read_json(data)
+        except ValueError as problem:
+            self._send(wire.answer("", ok=False, msg=f"the message {problem}"))
+            return
+        frame = documents[0] if documents else None
+        type_name = frame.get("type") if isinstance(frame, dict) else None
+        if type_name == wire.SUBSCRIPTION:
+            await state.pool.run(partial(self._subscribe, frame))
+        elif isinstance(type_name, str) and state.waits(type_name):
+            self._send(await state.pool.run(partial(respond, state, frame)))
+        else:
+            self._send(respond(state, frame))
+
+    def _subscribe(self, frame: dict[str, Any]) -> None:
+        """Begin or end pushes. Only what cannot be subscribed has an answer: the protocol has none."""
+        try:
+            asked = wire.load(wire.SUBSCRIPTION, frame.get("body"))
+            topics = {_topic(name) for name in asked["topics"]}
+            self._state.subscribe(self, topics & wire.topics(), sub=asked["sub"])
+            unknown = sorted(topics - wire.topics())
+            if unknown and asked["sub"]:
+                raise Refused(f"not topics of the Robot API: {', '.join(map(short, unknown[:5]))}")
+        except (Refused, RosError) as problem:
+            self._send(wire.answer(wire.SUBSCRIPTION, ok=False, msg=str(problem)))
+
+    def push(self, type_name: str, text: str | None) -> None:
+        """Send the present value of a type, unless it is known to the client; the state's lock is held.
+
+        Every scan is sent, an equal one too.
+        """
+        known = type_name != SCANNER and self._pushed.get(type_name) == text
+        if text is None or known or type_name not in self.topics:
+            return
+        self._pushed[type_name] = text
+        self.channel.outbox.put(type_name, len(text), text, keep=1)
+
+    def forget(self, type_name: str) -> None:
+        """What waits of a topic that was left is not sent; the state's lock is held."""
+        self._pushed.pop(type_name, None)
+        self.channel.outbox.forget(type_name)
+
+    def _send(self, frame: Values) -> None:
+        self.channel.answer((json.dumps(frame),))
+
+    def ended(self) -> None:
+        """The client has gone."""
+        self._state.subscribe(self, self.topics, sub=False)
+
+    def __repr__(self) -> str:
+        return f"<ApiSession of {self.channel.peer}, {len(self.topics)} topics>"
+
+
+def _topic(name: str) -> str:
+    """The type that a topic means: manuals leave out the first word, or write one in the singular."""
+    name = name if name.startswith("woosh.") else f"woosh.{name}"
+    return f"{name}s" if name == "woosh.robot.count.AbnormalCode" else name

@@ -1,0 +1,349 @@
+"""`ApiState`: the robot as the Robot API shows it, kept from its topics, and the pushes to clients.
+
+Messages arrive in the node's threads and are kept as parts of values by row and type. One thread makes the
+pushes: the values of a type that changed, once for all clients, PoseSpeed and ScannerData at a limited rate.
+A client that reads slowly gets the newest value of each type.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING
+
+from rosproto.errors import CodecError
+from rosproto.gateway import Access, GatewayLimits, GatewayState, MessageEvent, Refused, SharedSubscription
+from rosproto.logs import get_logger
+from rosproto.node import Node
+from woosh_pure.api_server.site import RobotSite
+from woosh_pure.enums import TaskState
+from woosh_pure.faults import ActiveFaults, FaultLevel
+from woosh_pure.geometry import Pose2D
+from woosh_pure.robot_api import wire
+from woosh_pure.robot_api.translate import COUNT, PAIRS, ROBOT, operation_state, path_driven, to_api
+from woosh_pure.robot_api.wire import Values
+from woosh_pure.values.messages import require_finite, stamped_pose
+
+if TYPE_CHECKING:
+    from woosh_pure.api_server.session import ApiSession
+
+_log = get_logger("woosh_pure.api_server")
+
+SCAN, SCANNER = "/scan", ROBOT + "ScannerData"
+EVENT = COUNT + "StatusCode"
+ROWS = tuple(dict.fromkeys(pair.row for pair in PAIRS if pair.row != SCAN))
+OPTIONAL = {"/odometer", "/move_base/global_plan"}  # a type is known without these rows
+SILENT = {"/move_base/global_plan", "/status_code"}  # nothing comes while nothing happens
+AGING = {"/movebase_pose2d", "/odom_twist"}  # sent all the time, so an old one is not the present one
+MAX_AGE = 5.0
+START_SECONDS = 1.5  # that the start waits for each topic's first message: a first client sees them all
+SCAN_SECONDS = 2.0  # that a request waits for a scan
+PLAN_SECONDS = 5.0
+KEPT = 50  # events and tasks
+PERIODS = {ROBOT + "PoseSpeed": 0.1, SCANNER: 0.2}
+"""Seconds between two pushes of a type; the others are pushed with each change."""
+CHANGED_BY = {row: {pair.type_name for pair in PAIRS if pair.row == row} for row in (*ROWS, SCAN)}
+"""By row: the types that may change with its messages; those that follow from several are added here."""
+for _name in ("OperationState", "NavPath", "DeviceState", "HardwareState"):
+    CHANGED_BY["/robot_status"].add(ROBOT + _name)
+    CHANGED_BY["/status_code"].add(ROBOT + _name)
+CHANGED_BY["/status_code"].add(COUNT + "AbnormalCodes")
+CHANGED_BY["/odom_twist"].add(ROBOT + "NavPath")
+SECTIONS = {
+    "genral": "General", "setting": "Setting", "mode": "Mode", "poseSpeed": "PoseSpeed", "battery": "Battery",
+    "network": "Network", "scene": "Scene", "taskProc": "TaskProc", "deviceState": "DeviceState",
+    "hardwareState": "HardwareState", "operationState": "OperationState", "model": "Model",
+    "taskHistory": "TaskHistory", "statusCodes": "count.StatusCodes", "abnormalCodes": "count.AbnormalCodes",
+}  # fmt: skip
+"""Of RobotInfo, whose `state` is a number."""
+
+
+class ApiState(GatewayState):
+    """What the sessions of one server share.
+
+    Args:
+        node: Subscribes to the robot's topics.
+        limits: Bounds for a client.
+        robot_id: The number of the robot in answers and pushes.
+        site: What the topics do not tell; None leaves it not known.
+
+    Raises:
+        RosError: The topics cannot be subscribed.
+    """
+
+    def __init__(self, node: Node, limits: GatewayLimits, robot_id: int, site: RobotSite | None) -> None:
+        super().__init__(node, "robot-api", Access(read_only=True), limits, None)
+        self._robot_id = robot_id
+        self._site = site
+        self._answers: dict[str, Callable[[Values], Values]] = {
+            SCANNER: lambda _: self._newest_scan(),
+            ROBOT + "PlanNavPath": self._plan,
+            **(site.answers() if site is not None else {}),
+        }
+        self._news = threading.Condition()
+        self._latest: dict[str, MessageEvent] = {}  # by row
+        self._faults = ActiveFaults()
+        self._last_codes: dict[object, int] = {}
+        self._events: deque[Values] = deque(maxlen=KEPT)
+        self._active: dict[int, Values] = {}
+        self._tasks: deque[Values] = deque(maxlen=KEPT)
+        self._sessions: set[ApiSession] = set()
+        self._wanted: frozenset[str] = frozenset()
+        self._changed: set[str] = set()
+        self._not_told: set[str] = set()
+        self._ended = False
+        self._scanning = threading.Lock()
+        self._scan: SharedSubscription | None = None
+        self._links: dict[str, SharedSubscription] = {}
+        self._pusher = threading.Thread(target=self._push_changes, name="woosh:robot-api pushes", daemon=True)
+        try:
+            rows = [_Row(self, row) for row in ROWS]
+            for row in rows:
+                self._links[row.name] = self.shared_subscriptions.open(row.name, row)
+            end = time.monotonic() + START_SECONDS
+            for row in rows:
+                if row.name not in SILENT:
+                    row.heard.wait(max(0.0, end - time.monotonic()))
+        except BaseException:
+            super().close(1.0)
+            raise
+        self._pusher.start()
+
+    def close(self, timeout: float) -> None:
+        """Release everything, after the sessions have ended."""
+        with self._news:
+            self._ended = True
+            self._news.notify_all()
+        self._pusher.join(timeout)
+        super().close(timeout)
+
+    # -- messages of the robot ------------------------------------------------------------------------------
+
+    def received(self, row: str, event: MessageEvent) -> None:
+        """Keep a message, which is decoded when its values are asked for; in a thread of the node."""
+        recorded = to_api(row, event.message) if row in ("/robot_status", "/status_code") else {}
+        with self._news:
+            self._latest[row] = event
+            if EVENT in recorded:
+                self._keep_event(recorded[EVENT])
+            elif recorded:
+                self._keep_task(recorded[ROBOT + "TaskProc"])
+            changed = self._wanted & CHANGED_BY[row]
+            if changed:
+                self._changed |= changed
+                self._news.notify_all()
+
+    def _keep_event(self, part: Values) -> None:
+        """Push a status code as an event, and keep it. One that is only repeated is the same event."""
+        code = self._faults.receive(part["code"])
+        known = self._last_codes.get(code.source) == code.code
+        self._last_codes[code.source] = code.code
+        if known:
+            return
+        task, state = self._known(ROBOT + "TaskProc", {}), self._known(ROBOT + "RobotState", {}) or {}
+        event = {**part, "time": time.time_ns() // 1_000_000, **state}
+        if task is not None and TaskState(task["state"]).is_under_way:
+            event |= {"robotTaskId": task["robotTaskId"], "type": task["action"]["type"]}
+        self._events.append(event)
+        self._active[code.code] = event
+        active = {fault.code for fault in self._faults.active}
+        self._active = {number: kept for number, kept in self._active.items() if number in active}
+        text = self._text(EVENT, event)
+        for session in self._sessions:
+            if text is not None and EVENT in session.topics:
+                session.channel.outbox.put(EVENT, len(text), text)
+
+    def _keep_task(self, task: Values) -> None:
+        over = TaskState(task["state"]).is_final and task["robotTaskId"]
+        last = self._tasks[-1] if self._tasks else {}
+        if over and any(last.get(key) != task[key] for key in ("robotTaskId", "state")):
+            self._tasks.append(task)
+
+    # -- values ---------------------------------------------------------------------------------------------
+
+    def answer(self, type_name: str, asked: Values) -> Values:
+        """The values of the answer to a read request. May wait for the robot, see `waits`.
+
+        Raises:
+            Refused: It is not known.
+            RosError: The robot does not answer, or a value does not fit its type.
+        """
+        own = self._answers.get(type_name)
+        if own is not None:
+            return self._identified(wire.requests()[type_name].answer, own(asked))
+        facts = self._facts()
+        with self._news:
+            values = self._values(type_name, facts)
+        if values is None:
+            raise Refused(f"{type_name} is not known here: no topic of the robot tells it, or none was heard")
+        return self._identified(type_name, values)
+
+    def waits(self, type_name: str) -> bool:
+        """Whether `answer` may take long, so that it needs a thread."""
+        return type_name in self._answers
+
+    def _facts(self) -> Mapping[str, Values]:
+        """What the site tells. Called without the lock, because the site has its own."""
+        if self._site is None:
+            return {}
+        return {**self._site.facts(), ROBOT + "Scene": self._site.present()}
+
+    def _identified(self, type_name: str, values: Values) -> Values:
+        own = any(field.key == "robotId" for field in wire.fields(type_name))
+        return {**values, "robotId": self._robot_id} if own else values
+
+    def _values(self, type_name: str, facts: Mapping[str, Values]) -> Values | None:
+        """The present values of a type; None if they are not known. The lock is held."""
+        if type_name == ROBOT + "RobotInfo":
+            found = {key: self._values(ROBOT + name, facts) for key, name in SECTIONS.items()}
+            found |= self._known(ROBOT + "RobotState", facts) or {}
+            return {key: values for key, values in found.items() if values is not None}
+        if type_name == COUNT + "StatusCodes":
+            return {"scs": [*self._events]}
+        if type_name == COUNT + "AbnormalCodes":
+            return {"scs": [*self._active.values()]}
+        if type_name == ROBOT + "TaskHistory":
+            return {"tes": [*self._tasks]}
+        if type_name in (ROBOT + "OperationState", ROBOT + "NavPath"):
+            names = (ROBOT + name for name in ("TaskProc", "RobotState", "Mode", "PoseSpeed", "NavPath"))
+            known = {name: values for name in names if (values := self._known(name, facts)) is not None}
+            if type_name == ROBOT + "NavPath":
+                return path_driven(known)
+            return operation_state(
+                known, max((f.level for f in self._faults.active), default=FaultLevel.NORMAL)
+            )
+        return self._known(type_name, facts)
+
+    def _known(self, type_name: str, facts: Mapping[str, Values]) -> Values | None:
+        """The parts of a type, if all its rows were heard and their publishers are there; and its facts."""
+        rows = [pair.row for pair in PAIRS if pair.type_name == type_name]
+        heard = [row for row in rows if self._is_heard(row)]
+        if not rows or not OPTIONAL.issuperset(set(rows).difference(heard)):
+            return facts.get(type_name)
+        values: Values = {}
+        for row in heard:
+            values |= to_api(row, self._latest[row].message)[type_name]
+        return {**values, **facts.get(type_name, {})}
+
+    def _is_heard(self, row: str) -> bool:
+        link, event = self._links.get(row, self._scan), self._latest.get(row)
+        if event is None or link is None or not link.connections:
+            return False
+        return row not in AGING or time.monotonic() - event.received <= MAX_AGE
+
+    def _newest_scan(self) -> Values:
+        row = _Row(self, SCAN)
+        with self.waiting():
+            shared = self.shared_subscriptions.open(SCAN, row)
+            try:
+                if not row.heard.wait(SCAN_SECONDS):
+                    raise Refused(f"no scan was received within {SCAN_SECONDS:g} s")
+                with self._news:
+                    return self._placed(to_api(SCAN, self._latest[SCAN].message)[SCANNER])
+            finally:
+                shared.close()
+
+    def _placed(self, scan: Values) -> Values:
+        """A scan with the pose of the robot, if it is known. The lock is held."""
+        speed = self._known(ROBOT + "PoseSpeed", {})
+        return scan if speed is None else {**scan, "pose": speed["pose"]}
+
+    def _plan(self, asked: Values) -> Values:
+        """Ask the navigation for a path; nothing is driven."""
+        ends = {}
+        for key, name in (("start", "start"), ("end", "goal")):
+            pose = asked.get(key, {"x": 0.0, "y": 0.0, "theta": 0.0})
+            ends[name] = stamped_pose(Pose2D(pose["x"], pose["y"], pose["theta"]).require_sensible())
+        tolerance = require_finite(asked["tolerance"], "tolerance")
+        client = self.node.service_client("/move_base/make_plan", "nav_msgs/GetPlan")
+        with self.waiting(), client:
+            response = client.call(timeout=PLAN_SECONDS, tolerance=tolerance, **ends)
+        return to_api("/move_base/global_plan", response.plan)[ROBOT + "NavPath"]
+
+    # -- clients --------------------------------------------------------------------------------------------
+
+    def subscribe(self, session: ApiSession, topics: Iterable[str], *, sub: bool) -> None:
+        """Begin or end pushes to a client; first the present values are pushed. May wait for the master.
+
+        Raises:
+            RosError: The topic of the scans cannot be subscribed.
+        """
+        facts = self._facts()
+        with self._news:
+            new = sorted(set(topics) - session.topics - {EVENT, SCANNER}) if sub else []
+            session.topics = session.topics.union(topics) if sub else session.topics.difference(topics)
+            for type_name in () if sub else topics:
+                session.forget(type_name)
+            if session.topics:
+                self._sessions.add(session)
+            else:
+                self._sessions.discard(session)
+            self._wanted = frozenset().union(*(one.topics for one in self._sessions))
+            for type_name in new:
+                session.push(type_name, self._text(type_name, self._values(type_name, facts)))
+        self._follow_scans()
+
+    def _follow_scans(self) -> None:
+        """Subscribe to the scans while a client does."""
+        with self._scanning:
+            if SCANNER in self._wanted and self._scan is None:
+                self._scan = self.shared_subscriptions.open(SCAN, _Row(self, SCAN))
+            elif SCANNER not in self._wanted and self._scan is not None:
+                scan, self._scan = self._scan, None
+                scan.close()
+
+    def _push_changes(self) -> None:
+        due: dict[str, float] = {}
+        while True:
+            with self._news:
+                if self._ended:
+                    return
+                now = time.monotonic()
+                ready = {name for name in self._changed if due.get(name, now) <= now}
+                if not ready:
+                    self._news.wait(min((due[name] - now for name in self._changed), default=None))
+                    continue
+                self._changed -= ready
+            facts = self._facts()
+            with self._news:
+                for name in ready:
+                    due[name] = now + PERIODS.get(name, 0.0)
+                    values = self._values(name, facts)
+                    if values is not None and name == SCANNER:
+                        values = self._placed(values)
+                    text = self._text(name, values)
+                    for session in self._sessions:
+                        session.push(name, text)
+
+    def _text(self, type_name: str, values: Values | None) -> str | None:
+        """The frame of a push; None if the values are not known, or do not fit (which is logged once)."""
+        if values is None:
+            return None
+        try:
+            return json.dumps(wire.push(type_name, self._identified(type_name, values)))
+        except CodecError as problem:
+            if type_name not in self._not_told:
+                self._not_told.add(type_name)
+                _log.warning("! robot-api: %s is not pushed: %s", type_name, problem)
+            return None
+
+
+class _Row:
+    """Takes the messages of one topic.
+
+    Attributes:
+        name: The topic.
+        heard: A message has arrived.
+    """
+
+    def __init__(self, state: ApiState, name: str) -> None:
+        self._state, self.name = state, name
+        self.heard = threading.Event()
+
+    def offer(self, event: MessageEvent) -> None:
+        """See `Receiver`."""
+        self._state.received(self.name, event)
+        self.heard.set()
