@@ -23,7 +23,7 @@ class RobotApiServer(GatewayServer):
 
     Args:
         node: Subscribes to the robot's topics. Close the server before it.
-        port: Port; 0 for a free one. It listens on 127.0.0.1 only: the vendor's client knows no authentication.
+        port: Port on 127.0.0.1; 0 for a free one. The vendor's client knows no authentication.
         robot_id: The robot's number in answers and pushes.
         site: Scene, map, marks and what no topic tells.
         limits: Bounds for a client.

@@ -81,7 +81,7 @@ class ApiSession:
             return
         frame = documents[0] if documents else None
         type_name = frame.get("type") if isinstance(frame, dict) else None
-        if type_name == wire.SUBSCRIPTION:
+        if isinstance(frame, dict) and type_name == wire.SUBSCRIPTION:
             await state.pool.run(partial(self._subscribe, frame))
         elif isinstance(type_name, str) and state.waits(type_name):
             self._send(await state.pool.run(partial(respond, state, frame)))
