@@ -217,6 +217,8 @@ ALONE = [
          doc(lambda d: "A1" in d["marks"] and "N" not in d["marks"])),
     Case("sim --port 0 --mark N=1,0.5,90 --marks {folder}/marks.json --for 0 --json",
          doc(lambda d: {"A1", "N", "M"} <= set(d["marks"]))),
+    Case("sim --port 0 --robot-api 0 --for 0 --json",
+         lambda r, p: "ws://127.0.0.1:" in r.out or ".[api]" in r.err, code=int(find_spec("websockets") is None)),
     Case("sim --port 0 --firmware 1.1.0 --status-on-change --status-code-once --stops-on-silence --at 0=estop --for 0.3",
          has("those of firmware 1.1.0", "now: estop")),
 ]  # fmt: skip
