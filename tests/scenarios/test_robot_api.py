@@ -20,6 +20,7 @@ from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.api_server import RobotApiServer, simulated_site
 from woosh_pure.enums import RobotMode
+from woosh_pure.firmware.versions import firmware_names
 from woosh_pure.robot_api import wire
 
 needs("api")
@@ -289,7 +290,7 @@ def test_the_emergency_stop_is_a_bit_an_event_and_unresolved(client: ApiClient, 
 def test_a_robot_that_is_lost_says_so(client: ApiClient, world: World) -> None:
     world.sim.lose_localization()
     asked_until(client, ROBOT + "DeviceState", software=0)
-    assert client.ask(ROBOT + "RobotState")["state"] == 1
+    asked_until(client, ROBOT + "RobotState", state=1)
 
 
 def test_a_task_is_pushed_and_kept(client: ApiClient, world: World) -> None:
@@ -423,3 +424,33 @@ def test_a_server_closes_in_bounded_time() -> None:
             server.close()
             server.close()
             assert time.monotonic() - began < 5.0
+
+
+@pytest.mark.parametrize("firmware", firmware_names())
+def test_a_robot_of_an_older_firmware_is_read_as_well(firmware: str) -> None:
+    """Fields that its messages lack have their defaults."""
+    with (
+        SimulatedChassis(full_graph=False, firmware=firmware) as sim,
+        Node("api", master_uri=sim.master_uri, rosout=False) as node,
+        RobotApiServer(node, port=0, site=simulated_site(sim)) as server,
+        ApiClient(server.url) as client,
+    ):
+        info = client.ask(ROBOT + "RobotInfo")
+        assert (info["state"], info["mode"], info["battery"]["power"]) == (2, {"ctrl": 1, "work": 2}, 87)
+        assert {"taskProc", "poseSpeed", "operationState"} <= set(info)
+
+
+def test_a_publisher_of_another_type_tells_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    """It is named once in the log, and what it covers is not known."""
+    from rosproto import Master
+
+    with (
+        Master() as master,
+        Node("odd", master_uri=master.uri, rosout=False) as odd,
+        Node("api", master_uri=master.uri, rosout=False) as node,
+    ):
+        publisher = odd.publisher("/battery", "std_msgs/String", latch=True)
+        publisher.publish(data="full")
+        with RobotApiServer(node, port=0) as server, ApiClient(server.url) as client:
+            until(lambda: "/odd publishes std_msgs/String, not woosh_msgs/Battery" in caplog.text)
+            assert "not known here" in client.answer({"type": ROBOT + "Battery"})["msg"]

@@ -12,10 +12,13 @@ from typing import Any
 from rosproto.errors import RosError
 from rosproto.gateway import ClientChannel, Refused
 from rosproto.json_fields import shown
+from rosproto.logs import get_logger
 from rosproto.text import short
 from woosh_pure.api_server.state import SCANNER, ApiState
 from woosh_pure.robot_api import wire
 from woosh_pure.robot_api.wire import Values
+
+_log = get_logger("woosh_pure.api_server")
 
 MAX_TYPE = 200  # characters of a type that are repeated
 _SN_BITS = 63
@@ -47,6 +50,9 @@ def respond(state: ApiState, frame: object) -> Values:
         return wire.answer(request.answer, values, sn=sn)
     except (Refused, RosError, ValueError) as problem:
         return wire.answer(known, ok=False, msg=str(problem), sn=sn)
+    except Exception:
+        _log.exception("! robot-api: %s", known)
+        return wire.answer(known, ok=False, msg="internal error; see the server's log", sn=sn)
 
 
 class ApiSession:

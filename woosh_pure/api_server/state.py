@@ -14,18 +14,21 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from rosproto.errors import CodecError
+from rosproto.errors import RosError
 from rosproto.gateway import Access, GatewayLimits, GatewayState, MessageEvent, Refused, SharedSubscription
 from rosproto.logs import get_logger
 from rosproto.node import Node
+from rosproto.sentence import shown
 from woosh_pure.api_server.site import RobotSite
 from woosh_pure.enums import TaskState
 from woosh_pure.faults import ActiveFaults, FaultLevel
+from woosh_pure.firmware.versions import firmware
 from woosh_pure.geometry import Pose2D
+from woosh_pure.interface.table import row as interface_row
 from woosh_pure.robot_api import wire
 from woosh_pure.robot_api.translate import COUNT, PAIRS, ROBOT, operation_state, path_driven, to_api
 from woosh_pure.robot_api.wire import Values
-from woosh_pure.values.messages import require_finite, stamped_pose
+from woosh_pure.values.messages import message_type, require_finite, stamped_pose
 
 if TYPE_CHECKING:
     from woosh_pure.api_server.session import ApiSession
@@ -34,7 +37,8 @@ _log = get_logger("woosh_pure.api_server")
 
 SCAN, SCANNER = "/scan", ROBOT + "ScannerData"
 EVENT = COUNT + "StatusCode"
-ROWS = tuple(dict.fromkeys(pair.row for pair in PAIRS if pair.row != SCAN))
+TYPES = {pair.row: interface_row(pair.row).type for pair in PAIRS}
+ROWS = tuple(row for row in TYPES if row != SCAN)
 OPTIONAL = {"/odometer", "/move_base/global_plan"}  # a type is known without these rows
 SILENT = {"/move_base/global_plan", "/status_code"}  # nothing comes while nothing happens
 AGING = {"/movebase_pose2d", "/odom_twist"}  # sent all the time, so an old one is not the present one
@@ -45,7 +49,7 @@ PLAN_SECONDS = 5.0
 KEPT = 50  # events and tasks
 PERIODS = {ROBOT + "PoseSpeed": 0.1, SCANNER: 0.2}
 """Seconds between two pushes of a type; the others are pushed with each change."""
-CHANGED_BY = {row: {pair.type_name for pair in PAIRS if pair.row == row} for row in (*ROWS, SCAN)}
+CHANGED_BY = {row: {pair.type_name for pair in PAIRS if pair.row == row} for row in TYPES}
 """By row: the types that may change with its messages; those that follow from several are added here."""
 for _name in ("OperationState", "NavPath", "DeviceState", "HardwareState"):
     CHANGED_BY["/robot_status"].add(ROBOT + _name)
@@ -93,7 +97,7 @@ class ApiState(GatewayState):
         self._sessions: set[ApiSession] = set()
         self._wanted: frozenset[str] = frozenset()
         self._changed: set[str] = set()
-        self._not_told: set[str] = set()
+        self._warned: set[str] = set()
         self._ended = False
         self._scanning = threading.Lock()
         self._scan: SharedSubscription | None = None
@@ -124,7 +128,10 @@ class ApiState(GatewayState):
 
     def received(self, row: str, event: MessageEvent) -> None:
         """Keep a message, which is decoded when its values are asked for; in a thread of the node."""
-        recorded = to_api(row, event.message) if row in ("/robot_status", "/status_code") else {}
+        if event.type_name != TYPES[row]:
+            self._warn(row, f"{event.description.publisher} publishes {event.type_name}, not {TYPES[row]}")
+            return
+        recorded = _translated(event) if row in ("/robot_status", "/status_code") else {}
         with self._news:
             self._latest[row] = event
             if EVENT in recorded:
@@ -153,7 +160,7 @@ class ApiState(GatewayState):
         self._active = {number: kept for number, kept in self._active.items() if number in active}
         text = self._text(EVENT, event)
         for session in self._sessions:
-            if text is not None and EVENT in session.topics:
+            if EVENT in session.topics:
                 session.channel.outbox.put(EVENT, len(text), text)
 
     def _keep_task(self, task: Values) -> None:
@@ -215,7 +222,8 @@ class ApiState(GatewayState):
             return operation_state(
                 known, max((f.level for f in self._faults.active), default=FaultLevel.NORMAL)
             )
-        return self._known(type_name, facts)
+        told = self._known(type_name, facts)
+        return self._placed(told) if told is not None and type_name == SCANNER else told
 
     def _known(self, type_name: str, facts: Mapping[str, Values]) -> Values | None:
         """The parts of a type, if all its rows were heard and their publishers are there; and its facts."""
@@ -225,7 +233,7 @@ class ApiState(GatewayState):
             return facts.get(type_name)
         values: Values = {}
         for row in heard:
-            values |= to_api(row, self._latest[row].message)[type_name]
+            values |= _translated(self._latest[row])[type_name]
         return {**values, **facts.get(type_name, {})}
 
     def _is_heard(self, row: str) -> bool:
@@ -242,7 +250,7 @@ class ApiState(GatewayState):
                 if not row.heard.wait(SCAN_SECONDS):
                     raise Refused(f"no scan was received within {SCAN_SECONDS:g} s")
                 with self._news:
-                    return self._placed(to_api(SCAN, self._latest[SCAN].message)[SCANNER])
+                    return self._placed(_translated(self._latest[SCAN])[SCANNER])
             finally:
                 shared.close()
 
@@ -273,6 +281,7 @@ class ApiState(GatewayState):
         """
         facts = self._facts()
         with self._news:
+            sub = sub and not session.channel.gone
             new = sorted(set(topics) - session.topics - {EVENT, SCANNER}) if sub else []
             session.topics = session.topics.union(topics) if sub else session.topics.difference(topics)
             for type_name in () if sub else topics:
@@ -283,7 +292,7 @@ class ApiState(GatewayState):
                 self._sessions.discard(session)
             self._wanted = frozenset().union(*(one.topics for one in self._sessions))
             for type_name in new:
-                session.push(type_name, self._text(type_name, self._values(type_name, facts)))
+                session.push(type_name, self._present(type_name, facts))
         self._follow_scans()
 
     def _follow_scans(self) -> None:
@@ -311,24 +320,32 @@ class ApiState(GatewayState):
             with self._news:
                 for name in ready:
                     due[name] = now + PERIODS.get(name, 0.0)
-                    values = self._values(name, facts)
-                    if values is not None and name == SCANNER:
-                        values = self._placed(values)
-                    text = self._text(name, values)
+                    text = self._present(name, facts)
                     for session in self._sessions:
                         session.push(name, text)
 
-    def _text(self, type_name: str, values: Values | None) -> str | None:
-        """The frame of a push; None if the values are not known, or do not fit (which is logged once)."""
-        if values is None:
-            return None
+    def _present(self, type_name: str, facts: Mapping[str, Values]) -> str | None:
+        """The push of the present value; None if it is not known, or a message does not fit (logged once)."""
         try:
-            return json.dumps(wire.push(type_name, self._identified(type_name, values)))
-        except CodecError as problem:
-            if type_name not in self._not_told:
-                self._not_told.add(type_name)
-                _log.warning("! robot-api: %s is not pushed: %s", type_name, problem)
+            values = self._values(type_name, facts)
+            return None if values is None else self._text(type_name, values)
+        except RosError as problem:
+            self._warn(type_name, f"it is not pushed: {problem}")
             return None
+
+    def _text(self, type_name: str, values: Values) -> str:
+        return json.dumps(wire.push(type_name, self._identified(type_name, values)))
+
+    def _warn(self, name: str, text: str) -> None:
+        if name not in self._warned:
+            self._warned.add(name)
+            _log.warning("! robot-api: %s: %s", name, shown(text))
+
+
+def _translated(event: MessageEvent) -> dict[str, Values]:
+    """The values of a message, whatever revision of its type the robot's firmware has."""
+    message = firmware().convert(event.message, message_type(event.type_name))
+    return to_api(event.topic, message)
 
 
 class _Row:
