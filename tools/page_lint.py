@@ -157,8 +157,8 @@ def architecture(root: Path) -> Iterator[str]:
 PACKAGES = [
     "rosproto", "rosproto.action", "rosproto.aio", "rosproto.bag", "rosproto.gateway",
     "rosproto.gateway.foxglove", "rosproto.gateway.rosbridge.rosapi", "rosproto.node", "rosproto.numeric",
-    "rosproto.recording", "rosproto.tf", "woosh_pure", "woosh_pure.aio", "woosh_pure.api_server", "woosh_pure.fleet",
-    "woosh_pure.sim", "woosh_pure.web",
+    "rosproto.recording", "rosproto.tf", "woosh_pure", "woosh_pure.aio", "woosh_pure.api_server",
+    "woosh_pure.fleet", "woosh_pure.sim", "woosh_pure.web",
 ]  # fmt: skip
 BUILDING_BLOCKS = {"BagSeries", "MessageBuffer", "Pacer", "bag_name"}
 """What Recorder and Player are made of; rosproto.master likewise, of which Master is a name of rosproto's."""

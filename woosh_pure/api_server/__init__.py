@@ -1,9 +1,4 @@
-"""A server of the Robot API on a node: programs written for that interface read a chassis of ROS 1, or a
-simulated one.
-
-    with SimulatedChassis() as sim, Node("/robot_api", master_uri=sim.master_uri) as node:
-        with RobotApiServer(node, site=simulated_site(sim)) as server:
-            print(server.url)
+"""A server of the Robot API on a node: `RobotApiServer(node, site=simulated_site(sim))`.
 
 It moves nothing: only read requests and subscriptions are answered.
 """

@@ -56,13 +56,8 @@ for _name in ("OperationState", "NavPath", "DeviceState", "HardwareState"):
     CHANGED_BY["/status_code"].add(ROBOT + _name)
 CHANGED_BY["/status_code"].add(COUNT + "AbnormalCodes")
 CHANGED_BY["/odom_twist"].add(ROBOT + "NavPath")
-SECTIONS = {
-    "genral": "General", "setting": "Setting", "mode": "Mode", "poseSpeed": "PoseSpeed", "battery": "Battery",
-    "network": "Network", "scene": "Scene", "taskProc": "TaskProc", "deviceState": "DeviceState",
-    "hardwareState": "HardwareState", "operationState": "OperationState", "model": "Model",
-    "taskHistory": "TaskHistory", "statusCodes": "count.StatusCodes", "abnormalCodes": "count.AbnormalCodes",
-}  # fmt: skip
-"""Of RobotInfo, whose `state` is a number."""
+SECTIONS = {one.key: one.type for one in wire.fields(ROBOT + "RobotInfo") if one.type in wire.messages()}
+"""Of RobotInfo; its `state` is a number."""
 
 
 class ApiState(GatewayState):
@@ -205,7 +200,7 @@ class ApiState(GatewayState):
     def _values(self, type_name: str, facts: Mapping[str, Values]) -> Values | None:
         """The present values of a type; None if they are not known. The lock is held."""
         if type_name == ROBOT + "RobotInfo":
-            found = {key: self._values(ROBOT + name, facts) for key, name in SECTIONS.items()}
+            found = {key: self._values(name, facts) for key, name in SECTIONS.items()}
             found |= self._known(ROBOT + "RobotState", facts) or {}
             return {key: values for key, values in found.items() if values is not None}
         if type_name == COUNT + "StatusCodes":
