@@ -221,6 +221,10 @@ def test_a_message_that_is_too_long_ends_its_connection_only(client: ApiClient, 
     assert client.ask(ROBOT + "RobotState")
 
 
+@pytest.mark.promise(
+    "A change or a WebSocket that is requested by a page of another site is refused by its `Origin`",
+    "A `Host` that is neither localhost, an IP address nor a configured name",
+)
 def test_a_page_of_another_origin_cannot_connect(world: World) -> None:
     """A browser's page somewhere else reads no robot; the vendor's client sends no Origin."""
     from websockets.exceptions import InvalidStatus
