@@ -60,10 +60,8 @@ class Field(NamedTuple):
 
 
 @cache
-def _data() -> dict[str, Any]:
-    text = resources.files("woosh_pure").joinpath("data/robot_api.json").read_text(encoding="utf-8")
-    data: dict[str, Any] = json.loads(text)
-    return data
+def _data() -> Any:
+    return json.loads(resources.files("woosh_pure").joinpath("data/robot_api.json").read_text("utf-8"))
 
 
 @cache
@@ -255,13 +253,11 @@ def _text(value: Any) -> str:
 def _octets(value: Any) -> bytes:
     if isinstance(value, bytes):
         return value
-    if isinstance(value, str):
-        text = value.replace("-", "+").replace("_", "/").rstrip("=")
-        try:
-            return base64.b64decode(text + "=" * (-len(text) % 4), validate=True)
-        except ValueError:
-            pass
-    raise Expected("bytes as base64")
+    try:
+        text = _text(value).replace("-", "+").replace("_", "/").rstrip("=")
+        return base64.b64decode(text + "=" * (-len(text) % 4), validate=True)
+    except ValueError:
+        raise Expected("bytes as base64") from None
 
 
 Scalar = tuple[Any, Callable[[Any], Any]]
