@@ -177,6 +177,7 @@ def place(
         marks = MarkFile(tmp_path / "my-marks.json")
         marks.put("shelf", Pose2D(2.0, 0.5))
         marks.save()
+    (tmp_path / "first.py").write_text("from woosh_pure import Chassis\nprint(Chassis().battery.wait())\n")
     (tmp_path / "program.py").write_text(
         "import rospy\nrospy.init_node('program')\nprint('speed', rospy.get_param('~speed', 0.1))\n"
     )
