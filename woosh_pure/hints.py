@@ -191,7 +191,7 @@ class SettingHints(Hints):
 
 def refuse_call(feed: object, *_: object) -> NoReturn:
     """The `__call__` of what has a value: `chassis.battery()`."""
-    raise TypeError(f"{type(feed).__name__!r} object is not callable; use .latest, or .wait()")
+    raise TypeError(say("{kind!r} object is not callable; use .latest, or .wait()", kind=type(feed).__name__))
 
 
 def usage(right: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
