@@ -66,12 +66,8 @@ class WebContext:
         if name is None:
             return next(iter(self.robots.values()))
         if name not in self.robots:
-            raise Problem(
-                404,
-                "there is no robot {name!r}; there are {names}",
-                name=name[:40],
-                names=", ".join(self.robots),
-            )
+            text = "there is no robot {name!r}; there are {names}"
+            raise Problem(404, text, name=name[:40], names=", ".join(self.robots))
         return self.robots[name]
 
     def take_over(self, robot: Robot, who: str, seconds: float = DEFAULT_SECONDS) -> None:

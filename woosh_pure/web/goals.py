@@ -266,12 +266,8 @@ class GoalManager:
             Problem: Too many goals run already.
         """
         if len(self.running) >= MAX_RUNNING_GOALS:
-            raise Problem(
-                409,
-                "{max_running} goals are under way already; cancel one first",
-                "too-many-goals",
-                max_running=MAX_RUNNING_GOALS,
-            )
+            text = "{max_running} goals are under way already; cancel one first"
+            raise Problem(409, text, "too-many-goals", max_running=MAX_RUNNING_GOALS)
         number = str(next(self._numbers))
         entry = self._journal.begin(who, what, number)
         try:
@@ -331,12 +327,8 @@ class GoalManager:
         with self._lock:
             goal = self._goals.get(number)
         if goal is None:
-            raise Problem(
-                404,
-                "goal {number!r} was not found; the last {max_kept} goals are kept",
-                number=number[:20],
-                max_kept=MAX_KEPT_GOALS,
-            )
+            text = "goal {number!r} was not found; the last {max_kept} goals are kept"
+            raise Problem(404, text, number=number[:20], max_kept=MAX_KEPT_GOALS)
         return goal
 
     def remove(self, number: str) -> None:
@@ -398,20 +390,12 @@ class IdempotentAnswers:
                 mine.answer = problem_of(error).again()
             first = mine
         if first.request != request:
-            raise Problem(
-                422,
-                "Idempotency-Key {key!r} was sent before, with another body; take a new key",
-                "key-used",
-                key=key,
-            )
+            text = "Idempotency-Key {key!r} was sent before, with another body; take a new key"
+            raise Problem(422, text, "key-used", key=key)
         answer = first.answer
         if answer is None:
-            raise Problem(
-                409,
-                "the first request with Idempotency-Key {key!r} is still being processed",
-                "key-in-use",
-                key=key,
-            )
+            text = "the first request with Idempotency-Key {key!r} is still being processed"
+            raise Problem(409, text, "key-in-use", key=key)
         if isinstance(answer, Problem):
             raise answer.again()
         return answer

@@ -131,13 +131,8 @@ class RecordingManager:
         with self._lock:
             for one in self._all.values():
                 if one.running:
-                    raise Problem(
-                        409,
-                        "recording {id} of {who} is running; end it first",
-                        "recording",
-                        id=one.id,
-                        who=one.who,
-                    )
+                    text = "recording {id} of {who} is running; end it first"
+                    raise Problem(409, text, "recording", id=one.id, who=one.who)
             for old in list(self._all)[: max(0, len(self._all) - MAX_KEPT + 1)]:
                 try:
                     self._all[old].path.unlink(missing_ok=True)

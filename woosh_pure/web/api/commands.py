@@ -103,13 +103,8 @@ def _verb(robot: Robot, body: models.GoalRequest, mark: UserMark | None) -> Call
     if mark is None or mark.on_chassis or mark.pose is None:
         return partial(body.start, robot.chassis)
     if not isinstance(body, models.MarkGoal):
-        raise Problem(
-            409,
-            "{name} is a place of this list; the chassis itself must know a mark to {kind} there",
-            "mark",
-            name=mark.name,
-            kind=body.kind,
-        )
+        text = "{name} is a place of this list; the chassis itself must know a mark to {kind} there"
+        raise Problem(409, text, "mark", name=mark.name, kind=body.kind)
     return partial(robot.chassis.go_to, mark.pose.x, mark.pose.y, mark.pose.yaw, **body.options)
 
 
@@ -200,12 +195,8 @@ def _hold(number: str, request: Request, verb: str) -> dict[str, object]:
     goal = robot.goals.get(number)
     act = getattr(goal.handle, verb, None)
     if act is None:
-        raise Problem(
-            409,
-            "{description}: this kind of goal cannot be paused; cancel it",
-            "no-pause",
-            description=goal.handle.description,
-        )
+        text = "{description}: this kind of goal cannot be paused; cancel it"
+        raise Problem(409, text, "no-pause", description=goal.handle.description)
     if goal.done:
         raise Problem(
             409, "{description}: it has ended already", "ended", description=goal.handle.description

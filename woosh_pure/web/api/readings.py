@@ -118,12 +118,8 @@ def list_feeds() -> list[dict[str, object]]:
 def _feed(name: str, request: Request) -> ChassisFeed[object]:
     row = interface.find(name)
     if row.type in PICTURES:
-        raise Problem(
-            415,
-            "{name} is too large for this; see camera/color.jpg and camera/depth.png",
-            "picture",
-            name=name,
-        )
+        text = "{name} is too large for this; see camera/color.jpg and camera/depth.png"
+        raise Problem(415, text, "picture", name=name)
     return robot_of(request).feed(name)
 
 
