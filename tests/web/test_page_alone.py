@@ -500,6 +500,52 @@ def test_control_is_asked_for_and_handed_over(browser: Browser, served: tuple[Fa
         assert fake.holder == "page 2"
 
 
+def test_a_press_takes_the_control_that_nobody_has(browser: Browser, served: tuple[Fake, str]) -> None:
+    """It has lapsed unnoticed: the pad says that it is ready, and so it is."""
+    fake, url = served
+    with person(browser, url, PHONE) as page:
+        allow(page)
+        fake.holder = None
+        page.wait_for_selector(".lease >> text=Nobody has control.", state="attached")
+        assert page.inner_text(".drivestate") == "Ready to drive"
+        held(page, fake)
+        assert fake.holder == "page 1"
+        page.mouse.up()
+
+
+def test_a_press_takes_no_control_away_and_the_pad_says_so_before(
+    browser: Browser, served: tuple[Fake, str]
+) -> None:
+    """Beside the pad: who has it, and the button that asks for it."""
+    fake, url = served
+    with person(browser, url, PHONE) as page:
+        allow(page)
+        fake.holder = "page 7 at 192.0.2.7"
+        page.wait_for_selector(".drivestate.bad >> text=page 7 (192.0.2.7) has control.")
+        hold(page)
+        page.mouse.up()
+        page.wait_for_selector(".toast.bad >> text=page 7 (192.0.2.7) has control.")
+        assert kinds(fake, "press") == []
+        assert (fake.holder, fake.asking) == ("page 7 at 192.0.2.7", [])
+        page.click("#drive-ask")
+        until(lambda: fake.asking == ["page 1"], page)
+
+
+def test_the_pad_is_not_ready_while_a_press_would_be_refused(
+    browser: Browser, served: tuple[Fake, str]
+) -> None:
+    fake, url = served
+    reason = {"key": "emergency_stop", "text": "pressed", "values": {}, "blocking": True, "doubt": False}
+    with person(browser, url) as page:
+        allow(page)
+        fake.ready = {"answer": "no", "text": "", "reasons": [reason]}
+        page.wait_for_selector(".drivestate.bad >> text=It cannot move now: The emergency stop is pressed.")
+        fake.ready = {"answer": "yes", "text": "", "reasons": []}
+        page.wait_for_selector(".drivestate >> text=Ready to drive")
+        fake.goals = [{"id": "1", "kind": "mark", "who": "a program", "state": "running", "done": False}]
+        page.wait_for_selector(".drivestate.bad >> text=A task is under way.")
+
+
 @pytest.mark.promise("is put into it as text, never as HTML")
 def test_what_a_robot_says_is_shown_as_text(
     browser: Browser, served: tuple[Fake, str], monkeypatch: pytest.MonkeyPatch

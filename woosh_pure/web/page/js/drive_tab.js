@@ -1,16 +1,16 @@
 // The tab Drive: by pad, keys or gamepad, if the server allows it and the warning was confirmed. Heartbeats are sent only
 // while a control is held.
 
-import { button, byId, el, fill, say } from "./dom.js";
+import { button, byId, el, fill, say, show } from "./dom.js";
 import { BEAT_SECONDS, Heartbeat } from "./heartbeat.js";
 import { inDegrees, number, onLanguage, t } from "./i18n.js";
 import { Hold } from "./hold.js";
 import { Gamepad, Keys } from "./keys_and_gamepad.js";
 import { seconds } from "./live_connection.js";
 import { DrivePad } from "./drive_pad.js";
-import { toast } from "./toast.js";
+import { attempt, toast } from "./toast.js";
 import { warning } from "./driving_warning.js";
-import { causeText, kindText } from "./reason_words.js";
+import { causeText, hindrance, kindText } from "./reason_words.js";
 
 // The server's reasons -> keys of the dictionary.
 const REASONS = {
@@ -46,6 +46,7 @@ export class DriveTab {
     store.on("stopping", () => this.hold.end("stopped"));
     store.on("lease", (now) => !now?.yours && this.hold.end("unleased"));
     store.on("tab", (tab) => tab !== "drive" && this.hold.end("hidden"));
+    store.on("lease lost readiness goal", () => this.on && this.show());
     onLanguage(() => this.render());
     setInterval(() => this.beat(), BEAT_SECONDS * 1000);
   }
@@ -57,6 +58,7 @@ export class DriveTab {
 
   build() {
     this.status = el("p", { class: "drivestate", role: "status" });
+    this.asking = button("", () => attempt(() => this.lease.need()), { kind: "primary", id: "drive-ask" });
     this.slider = el("input", {
       type: "range", min: "0.2", max: "1", step: "0.1", value: String(this.speed), id: "speed",
       oninput: () => (this.speed = Number(this.slider.value)),
@@ -65,10 +67,12 @@ export class DriveTab {
     this.place = byId("pad-row"); // first in the panel: notes appear below it
   }
 
-  // Whether a press may drive now.
+  // Whether a press may drive now. It takes the control if nobody has it.
   ready() {
-    if (this.on && !this.lease.yours) toast(t("drive.needlease"), "bad");
-    return this.on && this.lease.yours;
+    if (!this.on) return false;
+    if (this.lease.held) toast(this.lease.otherText, "bad");
+    else if (!this.lease.yours) this.lease.say("ask");
+    return !this.lease.held;
   }
 
   beat() {
@@ -93,13 +97,8 @@ export class DriveTab {
 
   async enable() {
     this.render();
-    try {
-      await this.lease.need();
-    } catch (error) {
-      toast(error.message, "bad");
-      return;
-    }
-    if (this.link.send({ t: "confirm" })) this.switch(true);
+    const asked = await attempt(() => this.lease.need());
+    if (asked !== null && this.link.send({ t: "confirm" })) this.switch(true);
     byId("panel").scrollTop = 0;
     if (this.on) this.store.set("closer", true); // zoom in to the surroundings
   }
@@ -125,18 +124,28 @@ export class DriveTab {
         button(t("drive.disable"), () => this.switch(false), { kind: "plain", id: "drive-off" })]
       : [el("section", { class: "card" }, el("h2", {}, t("drive.title")), el("p", {}, t("drive.warning.1")),
         button(t("drive.enable"), () => this.ask(), { kind: "primary", id: "drive-on" }))];
-    fill(this.place, ...(this.on ? [this.pad.root, this.status] : []));
+    fill(this.place, ...(this.on ? [this.pad.root, el("div", {}, this.status, this.asking)] : []));
     fill(this.root, ...parts, this.leaseBox);
     this.show();
   }
 
+  // Why a press would be refused now; "" if no reason is known.
+  get hindered() {
+    return hindrance(this.store) || (this.store.get("goal")?.running ? t("why.busy") : "");
+  }
+
   show() {
     const { state, command } = this.heartbeat;
-    let text = t("drive.idle");
-    if (state === "held") text = t("drive.driving", { vx: number(command.vx, 2), wz: number(inDegrees(command.wz), 0) });
+    const held = state === "held";
+    const other = !held && this.lease.held;
+    let text = this.hindered || t("drive.idle");
+    if (held) text = t("drive.driving", { vx: number(command.vx, 2), wz: number(inDegrees(command.wz), 0) });
+    else if (other) text = this.lease.otherText;
     else if (this.note) text = t("drive.over", { why: whyText(this.note) });
     say(this.status, text);
-    this.status.classList.toggle("driving", state === "held");
-    this.status.classList.toggle("bad", state !== "held" && this.note !== "");
+    say(this.asking.firstChild, t("lease.ask"));
+    show(this.asking, other);
+    this.status.classList.toggle("driving", held);
+    this.status.classList.toggle("bad", !held && text !== t("drive.idle"));
   }
 }

@@ -5,7 +5,7 @@ import { button, byId, el, fill, show } from "./dom.js";
 import { degrees, inDegrees, number, onLanguage, t } from "./i18n.js";
 import { MarkList } from "./mark_list.js";
 import { answerOf, isLost } from "./pose_confirmation.js";
-import { hindrances, whyOf } from "./reason_words.js";
+import { hindrance } from "./reason_words.js";
 import { keep, kept } from "./storage.js";
 import { attempt, toast } from "./toast.js";
 
@@ -57,18 +57,11 @@ export class GoTab {
 
   // -- questions, then goals
 
-  // Why it would not move now, as in the notice above the tabs.
-  hindered() {
-    if (this.store.get("lost")) return t("go.lost");
-    const [first] = hindrances(this.store);
-    return first ? t("ready.notice", { why: whyOf(first) }) : "";
-  }
-
   confirm(text, body, note = t("go.clear"), more = {}) {
     const replace = Boolean(this.store.get("goal")?.running);
     ask({
       text, note, yes: t(replace ? "go.replace" : "go.start"),
-      onyes: () => this.send({ ...body(), replace }), hindered: () => this.hindered(), ...more,
+      onyes: () => this.send({ ...body(), replace }), hindered: () => hindrance(this.store), ...more,
     });
   }
 

@@ -69,8 +69,11 @@ export class Lease {
   }
 
   get holder() {
-    const lease = this.store.get("lease");
-    return whoText(lease?.holder);
+    return whoText(this.store.get("lease")?.holder);
+  }
+
+  get otherText() {
+    return t("lease.other", { name: this.holder });
   }
 
   render() {
@@ -84,7 +87,7 @@ export class Lease {
       parts.push(el("p", {}, t("lease.yours")));
       if (!lease.askedBy) parts.push(button(t("lease.give"), () => this.say("give"), { kind: "plain" }));
     } else if (this.held) {
-      parts.push(el("p", {}, t("lease.other", { name: this.holder })));
+      parts.push(el("p", {}, this.otherText));
       if (this.asked && lease.program) {
         parts.push(el("p", { class: "quiet" }, t("lease.program", { name: this.holder })));
         parts.push(button(t("lease.takeover"), () => this.takeOver(), { id: "take-over" }));

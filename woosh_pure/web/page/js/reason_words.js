@@ -38,6 +38,13 @@ export function hindrances(store) {
   return readiness?.answer === "no" ? blocking(readiness.reasons) : [];
 }
 
+// Why nothing would move the robot now; "" if no reason is known.
+export function hindrance(store) {
+  if (store.get("lost")) return t("go.lost");
+  const [first] = hindrances(store);
+  return first ? t("ready.notice", { why: whyOf(first) }) : "";
+}
+
 // The reason that tells of a lost localisation, which blocks some motions only; none while it is in doubt.
 export function notLocalised(store) {
   const reasons = store.get("lost") === null ? store.get("readiness")?.reasons : null;
