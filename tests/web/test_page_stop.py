@@ -83,6 +83,33 @@ def test_without_a_server_the_red_button_is_named_at_once(browser: Browser, serv
         page.wait_for_selector(RED_BUTTON, timeout=2000)
 
 
+def test_a_stop_that_was_not_confirmed_is_carried_out_when_the_server_is_back(
+    browser: Browser, robot: Robot
+) -> None:
+    """The red answer ends with what is known then; an answer that was closed is not asked for again."""
+    with another_server({"sim": robot.chassis}) as first, person(browser, first.url) as page:
+        port = first.port
+        first.close()
+        page.click("#stop")
+        page.wait_for_selector(f"{RED_BUTTON} >> nth=0")
+        goal = robot.chassis.go_to_mark("B1")
+        with another_server({"sim": robot.chassis}, port=port) as second:
+            page.wait_for_selector("#stop-answer.ok >> text=The robot stands still.")
+            assert goal.done
+            page.click("#stop-answer .close")
+            second.close()
+            page.wait_for_selector("#lost:not(.hidden)")
+            page.click("#stop")
+            page.wait_for_selector(RED_BUTTON)
+            page.click("#stop-answer .close")
+        goal = robot.chassis.go_to_mark("B1")
+        with another_server({"sim": robot.chassis}, port=port):
+            page.wait_for_selector("#lost", state="hidden")
+            page.wait_for_timeout(1500)
+            assert not goal.done
+            goal.cancel()
+
+
 def test_a_page_of_a_server_that_was_started_again_stops_at_once(browser: Browser, robot: Robot) -> None:
     """It has the session of before, and has not connected again yet."""
     with another_server({"sim": robot.chassis}) as first, person(browser, first.url) as page:

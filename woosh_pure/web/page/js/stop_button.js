@@ -1,5 +1,6 @@
 // STOP: one touch without a question, and an answer that says whether the robot stands still. Tries the open connection, a
-// call, a call without a session and a beacon, until one is confirmed. Stopping twice does no harm.
+// call, a call without a session and a beacon, until one is confirmed; if none is, it stops again when the server is back,
+// until the answer is closed. Stopping twice does no harm.
 
 import { button, byId, el, fill, icon, show } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
@@ -38,6 +39,7 @@ export class StopButton {
       if (event.detail === 0) this.press(); // by the keyboard
     });
     store.on("stop", (message) => this.takeState(message));
+    store.on("hello", () => this.shown && !this.over && this.press());
     onLanguage(() => this.shown && this.answer(this.shown));
     if (early) this.press();
   }
