@@ -102,7 +102,8 @@ class Fake:
         return {
             "t": "state", "status": status, "battery": battery, "odometer": 1234.5,
             "velocity": {"vx": 0.2 * math.sin(time.time()), "vy": 0.0, "wz": 0.1},
-            "readiness": self.ready, "faults": self.faults, "goals": self.goals, "recordings": self.recordings, "driver": self.driver,
+            "readiness": self.ready, "faults": self.faults, "goals": self.goals, "recordings": self.recordings,
+            "activity": "driven" if self.driver else self.robot_state.lower().replace("_", " "),
             "rates": {"pose": 19.8, "scan": 9.9}, "ages": ages,
         }  # fmt: skip
 

@@ -15,6 +15,7 @@ import pytest
 from tests.support.browser import DESKTOP, PHONE, person
 from tests.support.load import crowd
 from tests.support.web import PageClient
+from woosh_pure import Chassis
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -93,6 +94,24 @@ def test_pause_resume_and_cancel(browser: Browser, robot: Robot) -> None:
         text = page.inner_text("#journal")
         for line in ("Go to B1", r"Pause no. \d", r"Resume no. \d", r"Cancel no. \d", r"page \d"):
             assert re.search(line, text), line
+
+
+def test_the_header_says_what_the_robot_does(browser: Browser, robot: Robot) -> None:
+    """Also on the way to a place, during which the robot calls itself idle; and the API says the same."""
+
+    def said() -> Any:
+        with urllib.request.urlopen(f"{robot.url}api/v1/status", timeout=10.0) as answer:
+            return json.load(answer)["activity"]
+
+    with person(browser, robot.url, PHONE) as page, Chassis(robot.sim.master_uri) as other:
+        page.wait_for_selector("#state >> text=Idle")
+        assert said() == "idle"
+        for goal in (robot.chassis.go_to, other.go_to):
+            begun = goal(4.0, 2.0)
+            page.wait_for_selector("#state >> text=Under way")
+            assert said() == "under way"
+            begun.cancel()
+            page.wait_for_selector("#state >> text=Idle")
 
 
 def test_amounts_a_place_and_the_pose(browser: Browser, robot: Robot) -> None:

@@ -570,11 +570,18 @@ class LeaseAnswer(Answer):
     holder_is_program: bool
 
 
+Activity = Annotated[
+    str | None,
+    Field(description="`driven` by hand, `under way` (a goal of anybody), or else the robot's own state"),
+]
+
+
 class Snapshot(Answer):
     """The whole state at once; a part is null if nothing was heard of it."""
 
     robot: str
     time: float
+    activity: Activity
     status: dict[str, object] | None
     battery: dict[str, object] | None
     velocity: dict[str, object] | None
@@ -593,6 +600,7 @@ class Status(Answer):
 
     robot: str
     state: str | None
+    activity: Activity
     battery_percent: int | None
     pose: Pose | None
     ready: Literal["yes", "no", "not known"]

@@ -66,7 +66,7 @@ test("the state is taken part by part; what is missing stays as it was", () => {
   const status = { robot_state: "IN_TASK", robot_mode: "AUTOMATIC", task: { id: 7, type: "PICK", state: "RUNNING", destination: "A1" } };
   take(store, ages, { t: "state", status, ages: { battery: 4, velocity: null } }, 50);
   take(store, ages, { t: "state", battery: { percent: 80, charging: true, voltage: 26.1, current: -2 }, ages: {} }, 51);
-  assert.equal(store.get("robot").state, "in task");
+  assert.equal(store.get("robot").mode, "automatic");
   assert.equal(store.get("robot").task.destination, "A1");
   assert.deepEqual(store.get("battery"), { percent: 80, charging: true, volts: 26.1, amps: -2 });
   assert.equal(ages.of("battery", 51), 5);

@@ -45,6 +45,7 @@ def get_status(request: Request) -> dict[str, object]:
     document: dict[str, object] = {
         "robot": robot.name,
         "state": None if status is None else status.value.robot_state.name,
+        "activity": robot_state.activity(robot),
         "battery_percent": None if battery is None else battery.value.percent,
         "pose": None if pose is None else pose_part(pose.value),
         "ready": readiness.answer.value,

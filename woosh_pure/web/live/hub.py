@@ -40,7 +40,7 @@ LOST_AFTER = 1.5
 """A robot counts as lost after this time without a message; a running chassis sends many a second."""
 STATE_PARTS = (
     *("status", "battery", "velocity", "odometer"),
-    *("readiness", "faults", "goals", "recordings", "driver", "rates"),
+    *("readiness", "faults", "goals", "recordings", "activity", "rates"),
 )
 
 
@@ -180,7 +180,6 @@ class Hub:
             parts = await self._in_thread(lambda: robot_state.slow_parts(robot))
             for part, value in (parts or {}).items():
                 self.put(part, text_of(value))
-            self.put("driver", text_of(robot.manual_drive.driver))
             points = await self._in_thread(lambda: robot_state.path_points(robot))
             if points is not None:
                 self.put("plan", text_of({"t": "plan", "points": points}))

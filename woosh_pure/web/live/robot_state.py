@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import rosproto.tf  # noqa: F401 (`in_base` needs it, and nothing is imported once the robot is driven)
+from woosh_pure.enums import RobotState
 from woosh_pure.geometry import Pose2D
 from woosh_pure.readings import in_base, known_path
 from woosh_pure.reasons import ReasonKey
@@ -36,6 +37,7 @@ def slow_parts(robot: Robot) -> dict[str, object]:
     """Return the parts that are requested a few times a second. Blocks for a moment the first time."""
     readiness, faults = robot.chassis.readiness(), robot.chassis.faults
     return {
+        "activity": activity(robot),
         "readiness": readiness_part(readiness),
         "faults": faults_part(faults),
         "goals": [goal.as_json() for goal in robot.goals.all()[-10:]],
@@ -71,6 +73,20 @@ def path_points(robot: Robot) -> list[list[float]]:
     if path and thinned[-1] is not path[-1]:
         thinned.append(path[-1])
     return points_part((pose.x, pose.y) for pose in thinned)
+
+
+def activity(robot: Robot) -> str | None:
+    """What the robot does: `driven` by hand, `under way`, or else its own state; None if it has not reported.
+
+    A robot calls itself idle while it is driven by velocity, or by a goal of the navigation.
+    """
+    status = robot.feed("status").known
+    state = RobotState.UNDEFINED if status is None else status.value.robot_state
+    if robot.manual_drive.driver is not None:
+        return "driven"
+    if state in (RobotState.UNDEFINED, RobotState.IDLE) and _under_way(robot):
+        return "under way"
+    return None if status is None else str(state)
 
 
 def _under_way(robot: Robot) -> bool:

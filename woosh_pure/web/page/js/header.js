@@ -10,7 +10,7 @@ export class Header {
   constructor({ store, ages, link, tabs }) {
     Object.assign(this, { store, ages, link });
     store.on("hello", (hello) => this.hello(hello));
-    store.on("battery robot faults ages link driver", () => this.render());
+    store.on("battery activity faults ages link", () => this.render());
     byId("fault-chip").onclick = () => tabs.choose("health");
     byId("language").onclick = () => {
       use(current() === "en" ? "zh" : "en");
@@ -105,9 +105,5 @@ export function pageOf(name, robots, { pathname }) {
   return name === robots[0] ? root : `${root}robots/${encodeURIComponent(name)}/`;
 }
 
-// What the robot does; null if it has not reported. Driving by hand is not a state of the robot, to which a velocity is nothing
-// to do.
-export function stateText(store) {
-  const robot = store.get("robot");
-  return store.get("driver") !== null ? t("state.driven") : robot && word("state", robot.state);
-}
+// What the robot does; null if it has not reported.
+export const stateText = (store) => store.get("activity") && word("state", store.get("activity"));

@@ -14,7 +14,7 @@ const PARTS = {
   odometer: ["odometer", (part) => part],
   rates: ["rates", (part) => part],
   recordings: ["recordings", (part) => part],
-  driver: ["driver", (part) => part],
+  activity: ["activity", (part) => part],
 };
 const MAX_ENTRIES = 200;
 const list = (value) => (Array.isArray(value) ? value : []);

@@ -6,10 +6,8 @@ export function robot(status) {
   if (!status) return null;
   const { task } = status;
   return {
-    state: words(status.robot_state),
     mode: words(status.robot_mode),
     task: task?.id ? { type: words(task.type), state: words(task.state), destination: task.destination || "" } : null,
-    known: true,
   };
 }
 

@@ -5,6 +5,7 @@ export const state = {
   "state.uninitialised": "not initialised",
   "state.idle": "Idle",
   "state.driven": "Driven by hand",
+  "state.under way": "Under way",
   "state.parking": "Parking",
   "state.in task": "In a task",
   "state.warning": "Warning",

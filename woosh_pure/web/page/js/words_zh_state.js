@@ -4,6 +4,7 @@ export const state = {
   "state.undefined": "状态未知",
   "state.uninitialised": "未初始化",
   "state.driven": "手动遥控中",
+  "state.under way": "正在执行",
   "state.idle": "空闲",
   "state.parking": "停靠中",
   "state.in task": "任务中",
