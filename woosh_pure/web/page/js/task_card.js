@@ -17,12 +17,10 @@ export class TaskCard {
     this.seen = null; // id of the goal that was last seen running here
     this.closed = null;
     this.before = undefined; // id of the goal that had ended before the page was opened, "" if none: its end is not shown
-    this.far = 0; // m to the target at the start, or when first seen
     this.shape = ""; // the built state; progress only moves the bar
     store.on("goal", (goal) => (this.before ??= goal && !goal.running ? goal.id : ""));
     store.on("goal", () => this.render());
     store.on("anew", () => ([this.seen, this.closed, this.before] = [null, null, undefined])); // a new server numbers its goals anew
-    store.on("pose", () => this.bar && this.progress());
     onLanguage(() => {
       this.shape = "";
       this.render();
@@ -32,7 +30,7 @@ export class TaskCard {
   render() {
     const goal = this.store.get("goal");
     if (goal?.running && goal.id !== this.seen) {
-      [this.seen, this.far] = [goal.id, away(goal.start, goal.target) ?? 0];
+      this.seen = goal.id;
       // A person who started it far down the list would not see the card.
       if (goal.by === this.store.get("hello")?.you) byId("panel").scrollTop = 0;
     }
@@ -64,14 +62,12 @@ export class TaskCard {
   progress() {
     const goal = this.store.get("goal");
     if (!goal?.running || !this.bar) return;
-    const left = away(this.store.get("pose"), goal.target);
-    this.far = Math.max(this.far, left ?? 0);
-    const percent = goal.percent ?? (this.far > 0 ? 100 * (1 - left / this.far) : null);
+    const { left, percent } = goal;
     if (Number.isFinite(percent)) this.bar.value = percent;
     else this.bar.removeAttribute("value");
     const waits = this.store.get("robot")?.task?.state === "waiting for action";
-    const text = waits ? t("task.waits") : left !== null ? t("task.left", { n: number(left, 1) })
-      : Number.isFinite(goal.percent) ? `${number(goal.percent, 0)} %` : "";
+    const text = waits ? t("task.waits") : Number.isFinite(left) ? t("task.left", { n: number(left, 1) })
+      : Number.isFinite(percent) ? `${number(percent, 0)} %` : "";
     say(this.note, [text, this.by(goal)].filter(Boolean).join(" · "));
   }
 
@@ -103,6 +99,3 @@ export class TaskCard {
     );
   }
 }
-
-// Straight distance in metres; null if a place is not known.
-const away = (from, to) => (from && to ? Math.hypot(to.x - from.x, to.y - from.y) : null);
