@@ -66,7 +66,7 @@ class Fake:
         self.ready: dict[str, Any] = {"answer": "yes", "text": "", "reasons": []}
         self.faults: dict[str, Any] = {"known": True, "present": False, "text": "", "active": []}
         self.robots = ["woosh-42"]
-        self.robot_state, self.charging = "IDLE", False
+        self.robot_state, self.charging, self.percent = "IDLE", False, 76
         self.needs_token = False
         self.takes_pose: bool | None = True  # None: it says nothing more
         self.goals: list[dict[str, Any]] = []
@@ -95,7 +95,7 @@ class Fake:
             "work_mode": "TASK",
             "task": {"id": 0},
         }
-        battery = {"percent": 76, "charging": self.charging, "voltage": 48.2, "current": -3.1}
+        battery = {"percent": self.percent, "charging": self.charging, "voltage": 48.2, "current": -3.1}
         ages = dict.fromkeys(("pose", "velocity", "battery", "scan", "status", "odometer"), 0.1)
         if self.takes_pose is None:
             ages["pose"] = 99.0

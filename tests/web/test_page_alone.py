@@ -216,6 +216,7 @@ def test_the_tick_after_a_pose_comes_from_the_robot(
         if takes is True:
             fake.pose = [3.0, 2.0, 0.4]
         page.wait_for_selector(f".toast.{ {True: 'ok', False: 'ask', None: 'bad'}[takes] } >> text={text}")
+        assert page.locator(".toast.wait").count() == 0, "it waits no longer"
 
 
 def test_nothing_is_sent_without_a_yes(browser: Browser, served: tuple[Fake, str]) -> None:
@@ -293,6 +294,89 @@ def test_start_is_offered_again_when_the_emergency_stop_is_released(
         page.wait_for_selector("#confirm .why", state="hidden")
         assert not page.is_disabled("#confirm button[type=submit]")
         assert fake.calls == []
+
+
+LOST = {"key": "not_localised", "text": "lost", "values": {}, "blocking": False, "doubt": False}
+
+
+def test_a_robot_that_does_not_know_where_it_is_is_sent_to_no_place(
+    browser: Browser, served: tuple[Fake, str]
+) -> None:
+    """The question says why, and what to do; it may still drive by a distance."""
+    fake, url = served
+    fake.ready = {"answer": "not known", "text": "", "reasons": [LOST]}
+    with person(browser, url) as page:
+        page.wait_for_selector("#notices >> text=It does not know where it is.")
+        for selector in (".markrow >> text=A1", "#charge", "#choose-place"):
+            page.click(selector)
+            why = page.inner_text("#confirm .why")
+            assert why.startswith("It does not know where it is. What to do: Tell it where it is"), selector
+            assert page.is_disabled("#confirm button[type=submit]")
+        page.press("#amount-move", "Enter")
+        assert page.is_enabled("#confirm button[type=submit]")
+
+
+def test_health_does_not_send_to_itself(browser: Browser, served: tuple[Fake, str]) -> None:
+    fake, url = served
+    reason = {"key": "fault", "text": "fan slow", "values": {}, "blocking": True, "doubt": False}
+    fake.ready = {"answer": "no", "text": "", "reasons": [reason]}
+    with person(browser, url) as page:
+        page.wait_for_selector("#notices >> text=“Health”")
+        page.click("#tabbutton-health")
+        page.wait_for_selector("#tab-health li >> text=It reports a fault.")
+        assert "“Health”" not in page.inner_text("#tab-health")
+
+
+def test_the_cause_of_a_failure_is_told_as_past(browser: Browser, served: tuple[Fake, str]) -> None:
+    """The card stays until it is closed, and the cause may be over; what to do is said where the cause is said to last."""
+    fake, url = served
+    reason = {"key": "emergency_stop", "text": "pressed", "values": {}, "blocking": True, "doubt": False}
+    goal = {"id": "1", "kind": "mark", "who": "page 1", "description": "mark A1", "state": "failed", "done": True,
+            "stands_still": True, "reasons": [reason]}  # fmt: skip
+    with person(browser, url) as page:
+        page.wait_for_selector("#battery >> text=76")
+        fake.goals = [goal]
+        page.wait_for_selector(
+            "#task.bad >> text=At that time: The emergency stop is pressed. It stood still."
+        )
+        assert "What to do" not in page.inner_text("#task")
+
+
+def test_a_low_battery_is_a_sentence(browser: Browser, served: tuple[Fake, str]) -> None:
+    """With the button that helps, until it charges."""
+    fake, url = served
+    fake.percent = 15
+    with person(browser, url, PHONE) as page:
+        page.wait_for_selector("#notices >> text=The battery is low: 15 %.")
+        assert "“Charge”" in page.inner_text("#notices")
+        fake.charging = True
+        page.wait_for_selector("#notices .notice", state="detached")
+
+
+def test_stop_closes_an_open_question(browser: Browser, served: tuple[Fake, str]) -> None:
+    """Nobody starts by the next touch what was asked before the stop."""
+    with person(browser, served[1]) as page:
+        for selector in (".markrow >> text=A1", "#choose-place"):
+            page.click(selector)
+            page.wait_for_selector("#confirm:not(.hidden)")
+            page.click("#stop")
+            page.wait_for_selector("#confirm", state="hidden")
+            assert page.locator("#map.placing").count() == 0
+
+
+def test_without_the_server_nothing_of_a_goal_can_be_pressed(
+    browser: Browser, served: tuple[Fake, str]
+) -> None:
+    fake, url = served
+    with person(browser, url) as page:
+        page.click(".markrow >> text=A1")
+        page.click("#confirm button[type=submit]")
+        page.wait_for_selector("#pause:enabled")
+        fake.silent = True
+        page.wait_for_selector("#cancel:disabled")
+        assert page.is_disabled("#pause")
+        fake.silent = False
+        page.wait_for_selector("#cancel:enabled")
 
 
 def test_driving_by_hand_is_said_to_who_drives_and_to_who_watches(

@@ -65,6 +65,17 @@ def said_back(page: Page) -> None:
     assert "gone" not in (page.get_attribute("body", "class") or "")
 
 
+def test_a_wrong_token_in_the_address_is_said_to_be_wrong(browser: Browser, robot: Robot) -> None:
+    with (
+        served({"sim": robot.chassis}, token=TOKEN) as server,
+        person(browser, server.url, path="#token=another-one", ready="#token-input") as page,
+    ):
+        assert page.inner_text("#token .why") == "This is not the token."
+        page.fill("#token-input", TOKEN)
+        page.click("#token-use")
+        page.wait_for_selector(".markrow")
+
+
 def test_a_token_is_asked_for_until_it_is_right_and_then_kept(browser: Browser, robot: Robot) -> None:
     """A wrong one is said to be wrong; the right one opens the page at once, and again after a reload."""
     with (
@@ -77,6 +88,8 @@ def test_a_token_is_asked_for_until_it_is_right_and_then_kept(browser: Browser, 
         assert page.get_attribute("#token-input", "type") == "text"
         page.keyboard.press("Escape")
         assert page.is_visible("#token"), "there is nothing behind it"
+        assert "the whole address, with #token=" in page.inner_text("#token")
+        page.wait_for_selector("#lost >> text=This page is not let in")
         page.fill("#token-input", "this is a guess")
         page.keyboard.press("Enter")
         page.wait_for_selector("#token >> text=This is not the token.")

@@ -38,6 +38,8 @@ test("a refusal says its cause, else the robot's own words, else its kind, else 
   assert.match(refusalText(problem, 409), /^The emergency stop/);
   const said = { text: "no such mark", text_zh: "没有这个标记点" };
   assert.equal(refusalText({ ...problem, reasons: [BUSY], said }, 409), "The robot refused: “no such mark”");
+  const lost = { key: "not_localised", text: "lost", blocking: false, doubt: false };
+  assert.match(refusalText({ ...problem, reasons: [lost], said }, 409), /“no such mark” What to do: Tell it where it is/);
   assert.match(refusalText({ ...problem, reasons: [] }, 409), /^It was not started/);
   assert.match(refusalText({ type: "urn:woosh:leased", holder: "page 2 at 10.0.0.7" }, 409), /^page 2 \(10\.0\.0\.7\) has control/);
   assert.equal(refusalText({ type: "urn:woosh:new", detail: "as it came" }, 409), "as it came");
@@ -46,8 +48,8 @@ test("a refusal says its cause, else the robot's own words, else its kind, else 
 
 test("an end that is bad says why, and whether the robot stands still", () => {
   const end = (state, more) => ({ kind: kindOf(state), reasons: [], said: null, stands: true, ...more });
-  assert.match(endText(end("failed", { reasons: [EMERGENCY] })), /^The emergency stop is pressed\..*The robot stands still\.$/);
-  assert.match(endText(end("failed", { said: { text: "blocked" }, stands: false })), /^blocked THE ROBOT IS STILL MOVING/);
+  assert.match(endText(end("failed", { reasons: [EMERGENCY] })), /^At that time: The emergency stop is pressed\. It stood still\.$/);
+  assert.match(endText(end("failed", { said: { text: "blocked" }, stands: false })), /^At that time: blocked THE ROBOT IS STILL MOVING/);
   assert.match(endText(end("connection lost", { stands: null })), /not known\. Watch it\.$/);
   assert.equal(endText(end("cancelled")), "");
   assert.match(endText(end("cancelled", { stands: false })), /STILL MOVING/);

@@ -5,7 +5,7 @@ import { button, byId, el, fill, show } from "./dom.js";
 import { degrees, inDegrees, number, onLanguage, t } from "./i18n.js";
 import { MarkList } from "./mark_list.js";
 import { answerOf, isLost } from "./pose_confirmation.js";
-import { hindrance } from "./reason_words.js";
+import { hindrance, placeHindrance } from "./reason_words.js";
 import { keep, kept } from "./storage.js";
 import { attempt, toast } from "./toast.js";
 
@@ -20,6 +20,7 @@ export class GoTab {
     this.known = kept(KNOWN) !== null; // no hint for a person who has started a goal before
     map.onmark = (mark) => this.askMark(mark);
     store.on("readiness lost", recheck);
+    store.on("stopping", dismiss);
     store.on("marks", (marks) => show(this.first, marks.length > 0 && !this.known));
     onLanguage(() => this.render());
   }
@@ -61,7 +62,7 @@ export class GoTab {
     const replace = Boolean(this.store.get("goal")?.running);
     ask({
       text, note, yes: t(replace ? "go.replace" : "go.start"),
-      onyes: () => this.send({ ...body(), replace }), hindered: () => hindrance(this.store), ...more,
+      onyes: () => this.send({ ...body(), replace }), hindered: () => placeHindrance(this.store), ...more,
     });
   }
 
@@ -97,7 +98,7 @@ export class GoTab {
       return;
     }
     this.endPlacing();
-    this.confirm(t(key, { n: number(amount, digits) }), () => body, t("go.amountsclear"));
+    this.confirm(t(key, { n: number(amount, digits) }), () => body, t("go.amountsclear"), { hindered: () => hindrance(this.store) });
   }
 
   choosePlace() {
@@ -169,8 +170,9 @@ export class GoTab {
       return true;
     });
     if (done === null) return;
-    toast(t("go.posewait"), "wait");
+    const waiting = toast(t("go.posewait"), "wait");
     const answer = await answerOf(this.store, place, lost);
+    waiting.remove();
     if (answer?.taken) toast(t("go.posedone"));
     else if (!answer || answer.lost) toast(t(answer ? "go.poselost" : "go.posesilent"), "bad");
     else toast(t("go.poseother", { n: number(answer.away, 1), deg: number(inDegrees(answer.turned), 0) }), "ask");

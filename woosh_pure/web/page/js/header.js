@@ -59,7 +59,7 @@ export class Header {
     const known = Number.isFinite(battery?.percent);
     const age = this.ages.of("battery", seconds());
     box.classList.toggle("old", known && isOld("battery", age));
-    box.classList.toggle("low", known && battery.percent <= 20 && !battery.charging);
+    box.classList.toggle("low", Boolean(battery?.low));
     const shape = JSON.stringify([known && battery.percent, battery?.charging, current()]);
     if (shape === this.batteryShape) return;
     this.batteryShape = shape;
@@ -81,17 +81,17 @@ export class Header {
     const box = byId("lost");
     show(box, state !== null);
     document.body.classList.toggle("gone", state !== null);
-    if (Boolean(state) !== Boolean(this.was)) store.set("lost", state);
+    if (state?.who !== this.was?.who) store.set("lost", state);
     this.was = state;
     this.battery();
     if (state === null) {
       this.spoken = "";
       return;
     }
-    const first = state.who === "server" && link.heardAt === null;
-    const text = first ? t("lost.first") : t(`lost.${state.who}`, { n: Math.round(state.since) });
+    const who = byId("token").open ? "token" : state.who === "server" && link.heardAt === null ? "first" : state.who;
+    const text = t(`lost.${who}`, { n: Math.round(state.since) });
     // A screen reader reads the text once, without the changing seconds.
-    const kind = `${first}${state.who}${current()}`;
+    const kind = `${who}${current()}`;
     if (this.spoken !== kind) fill(box, icon("warn"), el("span", {}, text));
     else say(box.lastChild, text);
     box.setAttribute("aria-live", this.spoken === kind ? "off" : "assertive");

@@ -43,7 +43,7 @@ export class HealthTab {
     const answer = { yes: "yes", no: "no" }[readiness?.answer] ?? "unknown";
     const kind = { yes: "ok", no: "bad", unknown: "warn" }[answer];
     const reasons = distinct(readiness?.reasons).map((reason) => {
-      const todo = todoOf(reason);
+      const todo = reason.key === "fault" ? "" : todoOf(reason); // it names this page
       return el("li", {}, el("strong", {}, whyOf(reason)), todo ? el("p", { class: "quiet" }, todo) : null);
     });
     fill(this.ready, el("h2", {}, t("ready.title")),

@@ -85,6 +85,6 @@ use(choose([kept("woosh-language"), ...navigator.languages].filter(Boolean)));
 // A token in the address is used once and removed, because addresses are visible, stored and shared.
 if (given) {
   history.replaceState(null, "", location.pathname + location.search);
-  await rest.login(given);
+  token.refusal = await rest.login(given);
 }
 link.connect();

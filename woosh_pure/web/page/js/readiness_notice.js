@@ -1,5 +1,5 @@
-// The notice above all tabs with the reasons why the robot would not move, if it would not, and with a lost localisation: a
-// robot that does not know where it is goes to no mark, and still turns or drives by a distance.
+// The notice above all tabs with the reasons why the robot would not move, if it would not, with a lost localisation (such a
+// robot goes to no mark, and still turns or drives by a distance), and with a low battery.
 
 import { button, byId, el, fill, icon } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
@@ -10,7 +10,7 @@ export class ReadinessNotice {
   constructor({ store, lease }) {
     this.store = store;
     this.lease = lease;
-    store.on("readiness lease lost", () => this.render());
+    store.on("readiness lease lost battery", () => this.render());
     onLanguage(() => {
       this.shape = null;
       this.render();
@@ -22,6 +22,8 @@ export class ReadinessNotice {
     const reasons = hindrances(this.store).map((reason) => [reason, t("ready.notice", { why: whyOf(reason) })]);
     const lost = notLocalised(this.store);
     if (lost) reasons.push([lost, whyOf(lost)]);
+    const battery = this.store.get("battery");
+    if (battery?.low) reasons.push([{ key: "battery" }, t("why.battery", { n: battery.percent })]);
     const asked = lease?.yours ? lease.askedBy : null;
     const shape = JSON.stringify([reasons, asked]);
     if (shape === this.shape) return;

@@ -20,6 +20,8 @@ export function whyOf(reason) {
 // The advice for a reason; "" if there is none.
 export const todoOf = ({ key }) => (has(`todo.${key}`) ? `${t("todo.title")} ${t(`todo.${key}`)}` : "");
 
+const withTodo = (reason) => [whyOf(reason), todoOf(reason)].filter(Boolean).join(" ");
+
 // Each reason once, in the server's order: the cause comes first.
 export function distinct(reasons) {
   const shown = new Set();
@@ -46,34 +48,39 @@ export function hindrance(store) {
 }
 
 // The reason that tells of a lost localisation, which blocks some motions only; none while it is in doubt.
-export function notLocalised(store) {
-  const reasons = store.get("lost") === null ? store.get("readiness")?.reasons : null;
-  return reasons?.find((one) => one.key === "not_localised" && !one.blocking && !one.doubt);
+const unlocalised = (reasons) => reasons?.find((one) => one.key === "not_localised" && !one.blocking && !one.doubt);
+export const notLocalised = (store) => unlocalised(store.get("lost") === null ? store.get("readiness")?.reasons : null);
+
+// Why the robot would go to no place now: as `hindrance`, or it does not know where it is.
+export function placeHindrance(store) {
+  const lost = notLocalised(store);
+  return hindrance(store) || (lost ? withTodo(lost) : "");
 }
 
 // The first cause with its advice; "" if there is none.
 export function causeText(reasons) {
   const [first] = blocking(reasons);
-  return first ? [whyOf(first), todoOf(first)].filter(Boolean).join(" ") : "";
+  return first ? withTodo(first) : "";
 }
 
 // A refusal of the server, problem+json: its cause, the robot's text, or the text of its kind.
 export function refusalText(problem, status) {
   const cause = causeText(problem?.reasons);
   if (cause) return cause;
-  if (problem?.said) return t("problem.said", { text: said(problem.said) });
+  const lost = unlocalised(problem?.reasons);
+  if (problem?.said) return [t("problem.said", { text: said(problem.said) }), lost ? todoOf(lost) : ""].filter(Boolean).join(" ");
   return kindText(String(problem?.type ?? "").replace("urn:woosh:", ""), { holder: whoText(problem?.holder) })
     || problem?.detail || problem?.title || t("error.status", { status });
 }
 
 export const kindText = (kind, values = {}) => (has(`problem.${kind}`) ? t(`problem.${kind}`, values) : "");
 
-// The end of a goal that did not arrive: why, and whether the robot stands still.
+// The end of a goal that did not arrive: why, and whether the robot stood still. It stays shown when the cause is over.
 export function endText({ kind, reasons, said: own, stands }) {
   const moves = stands === false ? t("stop.moves") : "";
   if (kind !== "bad") return moves;
-  const why = causeText(reasons) || (own ? said(own) : "");
-  return [why, moves || t(stands ? "stop.stands" : "stop.unsure")].filter(Boolean).join(" ");
+  const why = briefText({ kind, reasons, said: own });
+  return [why ? t("task.then", { why }) : "", moves || t(stands ? "task.stood" : "stop.unsure")].filter(Boolean).join(" ");
 }
 
 // The same in brief, for the journal.

@@ -11,8 +11,10 @@ export function robot(status) {
   };
 }
 
-export const battery = (part) =>
-  part && { percent: part.percent, charging: part.charging, volts: part.voltage, amps: part.current };
+export const battery = (part) => part && {
+  percent: part.percent, charging: part.charging, volts: part.voltage, amps: part.current,
+  low: Number.isFinite(part.percent) && part.percent <= 20 && !part.charging,
+};
 
 export const readiness = (part) =>
   part && { answer: part.answer === "yes" || part.answer === "no" ? part.answer : "unknown", sentence: part.text, reasons: part.reasons ?? [] };

@@ -19,7 +19,7 @@ export class TaskCard {
     this.before = undefined; // id of the goal that had ended before the page was opened, "" if none: its end is not shown
     this.shape = ""; // the built state; progress only moves the bar
     store.on("goal", (goal) => (this.before ??= goal && !goal.running ? goal.id : ""));
-    store.on("goal", () => this.render());
+    store.on("goal lost", () => this.render());
     store.on("anew", () => ([this.seen, this.closed, this.before] = [null, null, undefined])); // a new server numbers its goals anew
     onLanguage(() => {
       this.shape = "";
@@ -62,6 +62,7 @@ export class TaskCard {
   progress() {
     const goal = this.store.get("goal");
     if (!goal?.running || !this.bar) return;
+    this.buttons.disabled = this.store.get("lost")?.who === "server";
     const { left, percent } = goal;
     if (Number.isFinite(percent)) this.bar.value = percent;
     else this.bar.removeAttribute("value");
@@ -82,7 +83,7 @@ export class TaskCard {
     const id = encodeURIComponent(goal.id);
     this.bar = running ? el("progress", { max: 100, "aria-label": what }) : null;
     this.note = running ? el("p", { class: "quiet", "aria-live": "off" }) : null;
-    const buttons = running ? el("div", { class: "row" },
+    this.buttons = running ? el("fieldset", { class: "row" },
       goal.state === "paused"
         ? button(t("task.resume"), call("POST", `goals/${id}/resume`), { kind: "primary", id: "resume" })
         : goal.pauses ? button(t("task.pause"), call("POST", `goals/${id}/pause`), { id: "pause" }) : null,
@@ -95,7 +96,7 @@ export class TaskCard {
       el("div", { class: "head" }, icon(ICONS[kind]),
         el("span", { class: "grow" }, el("strong", {}, what), ` · ${word("goal", goal.state)}`), close),
       end ? el("p", { class: "quiet" }, end) : null,
-      this.bar, this.note, buttons,
+      this.bar, this.note, this.buttons,
     );
   }
 }

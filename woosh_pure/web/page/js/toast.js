@@ -6,6 +6,7 @@ const SECONDS = { ok: 4, wait: 4, ask: 9, bad: 9 };
 const ICONS = { ok: "ok", wait: "wait", ask: "ask", bad: "warn" };
 const MAX_TOASTS = 3;
 
+// Returns the message, which may be removed before.
 export function toast(text, kind = "ok") {
   const box = byId("toasts");
   const note = el("div", { class: `toast ${kind}` }, icon(ICONS[kind]), el("span", {}, text));
@@ -13,6 +14,7 @@ export function toast(text, kind = "ok") {
   box.prepend(note); // a small map cuts off the oldest
   while (box.children.length > MAX_TOASTS) box.lastChild.remove();
   setTimeout(() => note.remove(), SECONDS[kind] * 1000);
+  return note;
 }
 
 // Run `work`, and show the error if the server refuses; null then.

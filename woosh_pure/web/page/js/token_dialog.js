@@ -8,6 +8,7 @@ export class TokenDialog {
   constructor(rest, accepted) {
     this.rest = rest;
     this.accepted = accepted;
+    this.refusal = null; // of the token in the address: the key of the reason
     this.dialog = byId("token");
     this.dialog.oncancel = (event) => event.preventDefault(); // the page is empty without a token
   }
@@ -18,7 +19,7 @@ export class TokenDialog {
 
   ask() {
     if (this.open) return;
-    this.why = el("p", { class: "why", role: "alert" });
+    this.why = el("p", { class: "why", role: "alert" }, this.refusal && t(this.refusal));
     this.input = el("input", {
       type: "password", autocomplete: "current-password", autocapitalize: "off", spellcheck: "false", required: true, id: "token-input",
     });
@@ -46,6 +47,7 @@ export class TokenDialog {
       this.input.select();
       return;
     }
+    this.refusal = null;
     this.dialog.close();
     this.accepted();
   }

@@ -53,6 +53,8 @@ export const state = {
   "todo.no_map": "Load a map on the robot's own screen.",
   "todo.charging_cable": "Pull the charging cable.",
   "todo.fault": "See the faults on the page “Health”, and the robot's display.",
+  "why.battery": "The battery is low: {n} %.",
+  "todo.battery": "Charge it: “Charge” on the page “Go”.",
   "todo.busy": "Wait until the task is done, or press “Cancel”.",
   "todo.other_client": "Ask whoever commands it, or press “STOP”.",
   "todo.chassis_key": "Check which key or button of the robot is pressed.",

@@ -53,6 +53,8 @@ export const state = {
   "todo.no_map": "在机器人自己的屏幕上加载地图。",
   "todo.charging_cable": "拔掉充电线。",
   "todo.fault": "请看“状况”页上的故障和机器人的显示屏。",
+  "why.battery": "电量低：{n} %。",
+  "todo.battery": "请充电：“前往”页上的“充电”。",
   "todo.busy": "等任务完成，或按“取消”。",
   "todo.other_client": "询问正在控制机器人的人，或按“停止”。",
   "todo.chassis_key": "检查机器人上哪个按键或按钮被按下。",
