@@ -14,7 +14,7 @@ from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
-from starlette.responses import Response
+from starlette.responses import HTMLResponse, Response
 from starlette.types import ASGIApp
 
 from rosproto.errors import RosError
@@ -107,11 +107,21 @@ class PageFiles(StaticFiles):
 
     def file_response(self, full_path: str | os.PathLike[str], *args: Any, **kwargs: Any) -> Response:
         """Serve one file."""
+        if os.path.samefile(full_path, PAGE / "index.html"):
+            return HTMLResponse(_index())
         response = super().file_response(full_path, *args, **kwargs)
         kind = _CONTENT_TYPES.get(os.path.splitext(full_path)[1])
         if kind is not None and "content-type" in response.headers:  # a 304 has none
             response.headers["content-type"] = kind
         return response
+
+
+def _index() -> str:
+    """The page with its modules named: each is fetched at once, not when the one that needs it has come."""
+    names = sorted({path.name for path in (PAGE / "js").glob("*.js")} - {"early_stop.js", "main.js"})
+    links = "".join(f'<link rel="modulepreload" href="./js/{name}">\n  ' for name in names)
+    main = '<script type="module"'
+    return (PAGE / "index.html").read_text("utf-8").replace(main, links + main, 1)
 
 
 def _page() -> ASGIApp:

@@ -37,11 +37,6 @@ test("no file of the page is longer than 300 lines, and none asks anybody outsid
   assert.doesNotMatch(index, /<style|style="|onclick=|<script(?![^>]*src=)/);
 });
 
-test("each module is fetched at once, not when the one that needs it has come", () => {
-  const named = [...index.matchAll(/<link rel="modulepreload" href="\.\/js\/([\w.]+)">/g)].map((found) => found[1]);
-  assert.deepEqual([...named, "early_stop.js", "main.js"].sort(), [...modules].sort());
-});
-
 test("the language is the browser's first one that is here", () => {
   assert.equal(choose(["fr-FR", "zh-TW", "en"]), "zh");
   assert.equal(choose(["fr"]), "en");
