@@ -513,12 +513,17 @@ def test_the_simulation_is_changed_from_the_page(browser: Browser, robot: Robot,
         page.click("#fit")
         box = page.locator("#canvas").bounding_box() or {}
         middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        at = [round(box["width"] / 2), round(box["height"] / 2)]
+        colour = f"[...canvas.getContext('2d').getImageData({at[0]}, {at[1]}, 1, 1).data].join()"
+        before = page.evaluate(colour)
         page.click("#sim-obstacle")
         page.mouse.click(*middle)
         until(lambda: sim.world.obstacles, page)
+        until(lambda: page.evaluate(colour) != before, page)
         assert page.locator("#sim-obstacle[aria-pressed=true]").count() == 1, "the next tap is another one"
         page.click("#sim-clear")
         until(lambda: not sim.world.obstacles, page)
+        until(lambda: page.evaluate(colour) == before, page)
         page.click("#sim-reset")
         page.wait_for_selector("#notices .notice", state="hidden")
         start = sim.pose

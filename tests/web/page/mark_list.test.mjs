@@ -19,6 +19,12 @@ test("a name stands below its pin, and beside or above it where another stands",
   assert.ok(apart(...boxes(two)));
 });
 
+test("no name is written under what covers the map", () => {
+  const covered = { left: 60, right: 140, top: 105, bottom: 130 };
+  const [label] = boxes(placeLabels([{ text: "A1", x: 100, y: 100 }], width, covered));
+  assert.ok(apart(label, covered));
+});
+
 test("no name covers another one or a pin, however many there are", () => {
   const pins = Array.from({ length: 67 }, (_, i) => ({ text: `Regal ${i}`, x: 20 + (i * 53) % 380, y: 30 + (i * 31) % 400 }));
   const labels = boxes(placeLabels(pins, width));

@@ -183,6 +183,9 @@ class Hub:
             points = await self._in_thread(lambda: robot_state.path_points(robot))
             if points is not None:
                 self.put("plan", text_of({"t": "plan", "points": points}))
+            if robot.simulator is not None:
+                circles = robot.simulator.world.obstacles
+                self.put("obstacles", text_of({"t": "obstacles", "circles": circles}))
             for shared in self._pictures.values():
                 await self._in_thread(shared.close_idle)
             self.wake()

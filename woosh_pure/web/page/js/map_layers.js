@@ -61,23 +61,35 @@ export function drawScan(context, view, paint, scan, old) {
   context.globalAlpha = 1;
 }
 
-export function drawMarks(context, view, paint, marks, chosen) {
+// Those of a simulated robot, [x, y, radius] in m.
+export function drawObstacles(context, view, paint, circles) {
+  context.fillStyle = paint["robot-old"];
+  for (const [x, y, radius] of circles ?? []) {
+    context.beginPath();
+    context.arc(...view.toScreen(x, y), Math.max(4, radius * view.scale), 0, PI2);
+    context.fill();
+  }
+}
+
+// `cover` is an element over the map: no name is written under it.
+export function drawMarks(context, view, paint, marks, chosen, cover) {
   const pins = [];
   for (const mark of marks ?? []) {
     if (!Number.isFinite(mark.x) || !Number.isFinite(mark.y)) continue;
     const [px, py] = view.toScreen(mark.x, mark.y);
     if (px < -60 || py < -20 || px > view.width + 60 || py > view.height + 40) continue;
-    pin(context, paint, px, py, mark.charger, mark.name === chosen);
+    pin(context, paint, px, py, mark.charger, mark.name === chosen ? 13 : view.width < 420 ? 8 : 10);
     pins.push({ text: mark.name, x: px, y: py, first: mark.name === chosen });
   }
   context.font = paint.font;
   context.textAlign = "center";
-  for (const { text, x, y } of placeLabels(pins, (each) => context.measureText(each).width)) label(context, paint, text, x, y);
+  const { offsetLeft: left, offsetTop: top, offsetWidth: width, offsetHeight: height } = cover;
+  const covered = { left, top, right: left + width, bottom: top + height };
+  for (const { text, x, y } of placeLabels(pins, (each) => context.measureText(each).width, covered)) label(context, paint, text, x, y);
 }
 
 // A drop whose tip is the place. A charger also has a flash, so that colour is not the only difference.
-function pin(context, paint, px, py, charger, chosen) {
-  const r = chosen ? 13 : 10;
+function pin(context, paint, px, py, charger, r) {
   context.beginPath();
   context.arc(px, py - 1.6 * r, r, 0.85 * Math.PI, 2.15 * Math.PI);
   context.lineTo(px, py);

@@ -39,10 +39,10 @@ export class MapView {
 
   listen() {
     const { store } = this;
-    store.on("plan footprint marks scan lost robot goal", () => this.change());
+    store.on("plan footprint marks obstacles scan lost", () => this.change());
     store.on("pose", (pose) => this.takePose(pose));
     store.on("ground", () => this.takeGround());
-    store.on("closer", () => this.closer());
+    store.on("closer", (on) => (on ? this.closer() : this.fit()));
     const dark = matchMedia("(prefers-color-scheme: dark)");
     dark.addEventListener("change", () => {
       this.paint = layers.paintOf(document.body);
@@ -225,8 +225,9 @@ export class MapView {
     this.ground.draw(context, view);
     layers.drawPlan(context, view, paint, store.get("plan"));
     layers.drawTrail(context, view, paint, this.trail);
+    layers.drawObstacles(context, view, paint, store.get("obstacles"));
     layers.drawScan(context, view, paint, store.get("scan"), old("scan"));
-    layers.drawMarks(context, view, paint, store.get("marks"), this.chosen);
+    layers.drawMarks(context, view, paint, store.get("marks"), this.chosen, this.canvas.parentElement.querySelector(".tools"));
     const footprint = store.get("footprint");
     layers.drawRobot(context, view, paint, store.get("pose"), footprint, old("pose"));
     layers.drawPlacing(context, view, paint, this.place, footprint);

@@ -25,9 +25,11 @@ class Taken {
   }
 }
 
-// pins: [{text, x, y, first}], the tips of the pins; width(text) -> pixels. Returns [{text, x, y}]: middle and baseline.
-export function placeLabels(pins, width) {
+// pins: [{text, x, y, first}], the tips of the pins; width(text) -> pixels. `covered` is a box that gets no name. Returns
+// [{text, x, y}]: middle and baseline.
+export function placeLabels(pins, width, covered = null) {
   const taken = new Taken();
+  if (covered) taken.add(covered);
   for (const { x, y } of pins) taken.add({ left: x - 10, right: x + 10, top: y - 27, bottom: y + 1 });
   const labels = [];
   for (const { text, x, y } of [...pins].sort((a, b) => Boolean(b.first) - Boolean(a.first))) {

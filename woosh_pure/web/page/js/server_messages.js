@@ -27,6 +27,7 @@ const KINDS = {
   },
   plan: (store, message) => store.set("plan", list(message.points)),
   footprint: (store, message) => store.set("footprint", list(message.points)),
+  obstacles: (store, message) => store.set("obstacles", list(message.circles)),
   marks: (store, message) => store.set("marks", list(message.marks)),
   map: (store, message) => store.set("map", shapes.mapFacts(message)),
   lease: (store, message) => store.set("lease", shapes.lease(message)),
