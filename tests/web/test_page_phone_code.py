@@ -28,6 +28,10 @@ def code_of(page: Page) -> Any:
     page.wait_for_selector("#qr:not(.hidden)")
     page.evaluate("document.querySelector('#qr').decode()")
     assert page.evaluate("document.querySelector('#qr').naturalWidth") > 100
+    box, view = page.locator("#qr").bounding_box() or {}, page.viewport_size or {}
+    assert box["y"] >= 0
+    assert box["y"] + box["height"] <= view["height"], "it need not be scrolled to"
+    assert abs(box["width"] - box["height"]) < 1, "without bars"
     return asked.value.post_data_json
 
 

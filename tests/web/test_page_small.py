@@ -44,6 +44,17 @@ _HIT_OF = """
   return one.contains(document.elementFromPoint(left + width / 2, top + height / 2));
 }).length
 """
+_WHOLE = """
+(selector) => [...document.querySelectorAll(selector)].filter((one) => {
+  const { left, top, width, bottom } = one.getBoundingClientRect();
+  return [top + 3, bottom - 3].every((y) => one.contains(document.elementFromPoint(left + width / 2, y)));
+}).length
+"""
+_SMALL = """
+() => [...document.querySelectorAll("body *")].filter((one) => one.checkVisibility()
+  && [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim())
+  && parseFloat(getComputedStyle(one).fontSize) < 13).map((one) => one.outerHTML.slice(0, 80))
+"""
 _SHARE = """
 ([selector, own]) => {
   const { left, top, width, height } = document.querySelector(selector).getBoundingClientRect();
@@ -130,7 +141,8 @@ def test_the_pad_is_whole(browser: Browser, served: tuple[Fake, str], size: tupl
         assert pad["width"] >= 160
         assert pad["width"] == pad["height"]
         assert share(page, ".pad", ".pad") > 0.78, "a circle: pi / 4"
-        assert missed(page, ".knob", ".drivestate" if size[0] > size[1] else ".knob") == []
+        assert missed(page, ".knob", ".drivestate") == []
+        assert (page.locator(".drivestate").bounding_box() or {})["width"] >= 110, "no column of single words"
 
 
 @each_phone
@@ -144,6 +156,8 @@ def test_the_answer_of_stop_lies_over_no_control(
         page.click("#stop")
         page.wait_for_selector("#stop-answer.ok")
         assert missed(page, "#drive-on", "#stop-answer .close") == []
+        if size[0] > size[1]:
+            assert share(page, "#map", "#stop-answer") == 0.0, "nor over the robot"
         page.click("#tabbutton-go")
         assert page.evaluate(_HIT_OF, ".markrow") >= (6 if 320 in size else 7)
         page.click(".markrow")
@@ -184,6 +198,38 @@ def test_while_the_server_is_gone_that_is_what_is_read(
 
 
 @each_phone
+def test_a_goal_under_way_leaves_a_mark_in_reach(
+    browser: Browser, served: tuple[Fake, str], size: tuple[int, int]
+) -> None:
+    """One whole mark at least, beside what pauses and cancels the goal."""
+    with person(browser, served[1], size) as page:
+        page.click(".markrow")
+        page.click("#confirm [type=submit]")
+        page.wait_for_selector("#task progress")
+        assert missed(page, "#pause", "#cancel") == []
+        assert page.evaluate(_WHOLE, ".markrow") >= 1
+
+
+@each_phone
+def test_the_warning_is_read_before_it_is_confirmed(
+    browser: Browser, served: tuple[Fake, str], size: tuple[int, int]
+) -> None:
+    """Its title and its first sentence are in view at once."""
+    with person(browser, served[1], size) as page:
+        page.click("#tabbutton-drive")
+        page.click("#drive-on")
+        assert missed(page, "#warning-title", "#warning .strong") == []
+
+
+@each_phone
+def test_no_text_is_small(browser: Browser, served: tuple[Fake, str], size: tuple[int, int]) -> None:
+    with person(browser, served[1], size) as page:
+        for tab in TABS:
+            page.click(f"#tabbutton-{tab}")
+            assert page.evaluate(_SMALL) == [], tab
+
+
+@each_phone
 def test_a_place_is_chosen_on_a_free_map(
     browser: Browser, served: tuple[Fake, str], size: tuple[int, int]
 ) -> None:
@@ -194,6 +240,6 @@ def test_a_place_is_chosen_on_a_free_map(
             page.wait_for_selector("#confirm #place-x")
             assert share(page, "#map", "#canvas") > 0.9
             assert words in page.inner_text("#confirm")
-            answers = ["#stop", "#confirm [type=submit]", "#confirm .plain"]
-            assert page.evaluate(_MISSED, answers) == []
+            numbers = ("#place-x", "#place-y", "#place-heading")
+            assert missed(page, "#confirm [type=submit]", "#confirm .plain", *numbers) == []
             page.click("#confirm .plain")

@@ -93,6 +93,7 @@ export class DriveTab {
   ask() {
     fill(this.root, warning((agreed) => (agreed ? this.enable() : this.render())), this.leaseBox);
     byId("warning-title").focus();
+    byId("warning").scrollIntoView();
   }
 
   async enable() {
@@ -105,6 +106,7 @@ export class DriveTab {
 
   switch(on) {
     if (!on) this.hold.end("hidden");
+    if (this.on && !on) this.store.set("closer", false);
     this.on = on;
     this.render();
   }

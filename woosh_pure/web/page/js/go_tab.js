@@ -104,7 +104,7 @@ export class GoTab {
   choosePlace() {
     this.placing((place, fields) => {
       const body = () => ({ kind: "pose", ...this.endPlacing() ?? place });
-      this.confirm(t("go.here"), body, `${t("go.placehint")} ${t("go.clear")}`, { fields, onno: () => this.endPlacing() });
+      this.confirm(t("go.here"), body, t("go.placehint"), { fields, onno: () => this.endPlacing() });
     });
   }
 

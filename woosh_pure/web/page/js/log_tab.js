@@ -102,6 +102,8 @@ export class LogTab {
       const answer = await this.rest.call("POST", "qr", { text: address });
       picture.src = URL.createObjectURL(await answer.blob());
       show(picture);
+      await picture.decode();
+      picture.scrollIntoView();
     });
     fill(this.phoneBox, el("h2", {}, t("phone.title")), el("p", { class: "quiet" }, t(local ? "phone.local" : this.token ? "phone.token" : "phone.hint")),
       local ? null : button(t("phone.code"), draw, { id: "show-qr" }), picture);

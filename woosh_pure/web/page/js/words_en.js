@@ -81,7 +81,7 @@ export const en = {
   "go.poseask": "Is the robot here, facing this way?",
   "go.posenote": "The robot does not move. It only uses this as its position.",
   "go.poseyes": "Yes, it is here",
-  "go.placehint": "Press where it should stand, drag towards where it should face, then release.",
+  "go.placehint": "Press where it should stand, drag towards where it should face, then release. Check that the way is clear.",
   "go.posehint": "Press where the robot really is, drag towards where it faces, then release.",
   "go.heading": "Heading °",
   "go.amounts": "By distance or angle",
