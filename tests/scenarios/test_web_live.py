@@ -59,7 +59,7 @@ def test_a_page_is_shown_everything(page: PageClient) -> None:
     hello = page.of("hello")
     assert hello["allow_driving"] is True
     assert hello["limits"] == {"vx": 0.3, "wz": 0.5}
-    for kind in ("pose", "map", "marks", "footprint", "plan", "journal", "lease"):
+    for kind in ("pose", "map", "marks", "plan", "journal", "lease"):
         page.of(kind)
     assert set(page.of("pose")) == {"t", "x", "y", "yaw", "age"}
     page.wait(lambda d: d["t"] == "state" and d.get("battery"))
@@ -147,7 +147,7 @@ def test_over_a_slow_link_the_pose_keeps_nothing_away(web: Served) -> None:
             time.sleep(0.15)  # in which there is a new pose, and a new scan
             page.say(t="ack", n=frames)
         heard = [document["t"] for document in page.heard]
-        assert {"pose", "state", "lost", "map", "marks", "footprint", "plan", "journal", "lease"} <= set(
+        assert {"pose", "state", "lost", "map", "marks", "plan", "journal", "lease"} <= set(
             heard
         )
         assert heard.count("pose") >= 6

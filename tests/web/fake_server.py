@@ -250,7 +250,6 @@ class Fake:
             "resolution": 0.05,
             "origin": {"x": -6, "y": -4.5, "yaw": 0},
         }
-        outline = [[0.35, 0.28], [-0.35, 0.28], [-0.35, -0.28], [0.35, -0.28]]
         entry = {
             "id": 1,
             "at": time.time(),
@@ -263,7 +262,7 @@ class Fake:
         }
         first = [
             hello, {"t": "map", "version": "1", **map_facts}, {"t": "marks", "marks": MARKS},
-            {"t": "footprint", "points": outline}, {"t": "journal", "entries": [entry]},
+            {"t": "journal", "entries": [entry]},
         ]  # fmt: skip
         for message in first:
             await socket.send_text(json.dumps(message))

@@ -173,9 +173,8 @@ async () => {
   const style = getComputedStyle(document.documentElement);
   const part = (value) => (value <= 10.31 ? value / 255 / 12.92 : ((value / 255 + 0.055) / 1.055) ** 2.4);
   const light = (r, g, b) => 0.2126 * part(r) + 0.7152 * part(g) + 0.0722 * part(b);
-  const box = [[0.35, 0.28], [-0.35, 0.28], [-0.35, -0.28], [0.35, -0.28]];
   const small = [];
-  for (const ground of ["free", "wall", "unknown"]) for (const footprint of [null, box]) for (const old of [false, true]) {
+  for (const ground of ["free", "wall", "unknown"]) for (const old of [false, true]) {
     const canvas = document.createElement("canvas");
     canvas.width = canvas.height = 120;
     const context = canvas.getContext("2d");
@@ -186,7 +185,7 @@ async () => {
     const view = new MapViewport();
     view.resize(120, 120);
     view.scale = 2;
-    drawRobot(context, view, paint, { x: 0, y: 0, yaw: 0.4 }, footprint, old);
+    drawRobot(context, view, paint, { x: 0, y: 0, yaw: 0.4 }, old);
     const { data } = context.getImageData(0, 0, 120, 120);
     const seen = [];
     for (let i = 0; i < data.length; i += 4) {
@@ -194,7 +193,7 @@ async () => {
       if ((high + 0.05) / (low + 0.05) >= 3) seen.push([(i / 4) % 120, Math.floor(i / 480)]);
     }
     const extent = (at) => (seen.length ? Math.max(...seen.map((one) => one[at])) - Math.min(...seen.map((one) => one[at])) + 1 : 0);
-    if (Math.min(extent(0), extent(1)) < 20 || seen.length < 100) small.push([ground, Boolean(footprint), old, extent(0), extent(1), seen.length]);
+    if (Math.min(extent(0), extent(1)) < 20 || seen.length < 100) small.push([ground, old, extent(0), extent(1), seen.length]);
   }
   return small;
 }

@@ -68,7 +68,7 @@ test("the state is taken part by part; what is missing stays as it was", () => {
   take(store, ages, { t: "state", battery: { percent: 80, charging: true, voltage: 26.1, current: -2 }, ages: {} }, 51);
   assert.equal(store.get("robot").mode, "automatic");
   assert.equal(store.get("robot").task.destination, "A1");
-  assert.deepEqual(store.get("battery"), { percent: 80, charging: true, volts: 26.1, amps: -2, low: false });
+  assert.deepEqual(store.get("battery"), { percent: 80, charging: true, voltage: 26.1, current: -2, low: false });
   assert.equal(ages.of("battery", 51), 5);
   assert.equal(ages.of("velocity", 51), null);
 });

@@ -47,12 +47,12 @@ test("a refusal says its cause, else the robot's own words, else its kind, else 
 });
 
 test("an end that is bad says why, and whether the robot stands still", () => {
-  const end = (state, more) => ({ kind: kindOf(state), reasons: [], said: null, stands: true, ...more });
+  const end = (state, more) => ({ kind: kindOf(state), reasons: [], said: null, stands_still: true, ...more });
   assert.match(endText(end("failed", { reasons: [EMERGENCY] })), /^At that time: The emergency stop is pressed\. It stood still\.$/);
-  assert.match(endText(end("failed", { said: { text: "blocked" }, stands: false })), /^At that time: blocked THE ROBOT IS STILL MOVING/);
-  assert.match(endText(end("connection lost", { stands: null })), /not known\. Watch it\.$/);
+  assert.match(endText(end("failed", { said: { text: "blocked" }, stands_still: false })), /^At that time: blocked THE ROBOT IS STILL MOVING/);
+  assert.match(endText(end("connection lost", { stands_still: null })), /not known\. Watch it\.$/);
   assert.equal(endText(end("cancelled")), "");
-  assert.match(endText(end("cancelled", { stands: false })), /STILL MOVING/);
+  assert.match(endText(end("cancelled", { stands_still: false })), /STILL MOVING/);
   assert.equal(briefText(end("failed", { reasons: [EMERGENCY, FAULT] })), "The emergency stop is pressed.");
   assert.equal(briefText(end("arrived")), "");
 });

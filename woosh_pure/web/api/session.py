@@ -11,7 +11,7 @@ from fastapi import APIRouter, Request, Response, WebSocket
 from woosh_pure.web import models
 from woosh_pure.web.api.dependencies import address_of, context_of, problems
 from woosh_pure.web.context import WebContext
-from woosh_pure.web.http_errors import Problem, language_of
+from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live.viewer import Viewer
 from woosh_pure.web.middleware import check_access, login_place, problem_of_refusal
 from woosh_pure.web.optional_libraries import segno
@@ -105,7 +105,7 @@ async def live(socket: WebSocket) -> None:
     context.viewers += 1
     try:
         await socket.accept()
-        await viewer.run(language_of(socket.headers))
+        await viewer.run()
     finally:
         context.viewers -= 1
         if not viewer.is_replaced:

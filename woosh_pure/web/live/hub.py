@@ -168,8 +168,6 @@ class Hub:
     async def _slow_loop(self) -> None:
         """Request the slower parts in a thread, a few times a second."""
         robot = self.robot
-        outline = {"t": "footprint", "points": robot_state.round_outline(), "assumed": True}
-        self.put("footprint", text_of(outline))
         shown: list[UserMark] | None = None
         while True:
             marks = await self._in_thread(robot.marks.all, asks_robot=False)

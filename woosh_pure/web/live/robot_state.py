@@ -1,5 +1,5 @@
-"""Reads a robot's state as values for clients: the parts of the snapshot, the path, the outline, and the pose
-of the laser. No function waits unless its docstring says so.
+"""Reads a robot's state as values for clients: the parts of the snapshot, the path, and the pose of the laser.
+No function waits unless its docstring says so.
 """
 
 from __future__ import annotations
@@ -28,8 +28,6 @@ from woosh_pure.web.snapshot import (
     state_parts,
 )
 
-ASSUMED_RADIUS = 0.3
-"""m; the chassis does not report its outline."""
 MAX_POINTS = 500
 
 
@@ -99,12 +97,6 @@ def _under_way(robot: Robot) -> bool:
 
 
 _BUSY = (ReasonKey.BUSY, ReasonKey.OTHER_CLIENT)
-
-
-def round_outline() -> list[list[float]]:
-    """A polygon of 24 points around a circle of `ASSUMED_RADIUS`."""
-    turns = [math.tau * i / 24 for i in range(24)]
-    return points_part((ASSUMED_RADIUS * math.cos(turn), ASSUMED_RADIUS * math.sin(turn)) for turn in turns)
 
 
 class Mounting(NamedTuple):

@@ -18,12 +18,10 @@ from rosproto.admission import TokenBucket
 from rosproto.json_fields import FieldError, Reader, number, shown, whole
 from rosproto.sentence import say
 from rosproto.text import printable
-from rosproto.version import __version__
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import problem_of
-from woosh_pure.web.live.deadman import SILENCE_SECONDS
 from woosh_pure.web.live.frame_pacing import BadMessage, FrameSender
 from woosh_pure.web.live.hub import Hub
 from woosh_pure.web.live.page_driving import PageDriving
@@ -72,11 +70,11 @@ class Viewer:
         self._page_driving.gone()
         self._replaced.set()
 
-    async def run(self, lang: str) -> None:
+    async def run(self) -> None:
         """Serve the page until the connection ends. The drive is ended first of all."""
         self._hub.join(self._sender.wake.set)
         self._robot.chassis.lease.renew(self._client.name)  # of a page that has connected again
-        self._tell(self._hello(lang))
+        self._tell(self._hello())
         parts = (
             self._read(),
             self._sender.send_all(self._socket),
@@ -116,7 +114,7 @@ class Viewer:
         except (RuntimeError, OSError, asyncio.TimeoutError, WebSocketDisconnect):
             pass  # the connection has ended
 
-    def _hello(self, lang: str) -> dict[str, object]:
+    def _hello(self) -> dict[str, object]:
         sim = self._robot.simulator
         return {
             "t": "hello",
@@ -126,11 +124,7 @@ class Viewer:
             "you": self._client.name,
             "allow_driving": self._context.allow_driving,
             "simulator": None if sim is None else {"speed": sim.speed},
-            "lang": lang,
             "limits": self._robot.manual_drive.limits,
-            "dead_man": {"beat": 0.1, "silence": SILENCE_SECONDS},
-            "version": __version__,
-            "time": round(time.time(), 3),
         }
 
     async def _read(self) -> None:

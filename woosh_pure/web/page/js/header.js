@@ -2,7 +2,7 @@
 
 import { byId, el, fill, icon, say, show } from "./dom.js";
 import { isOld, lost } from "./freshness.js";
-import { current, onLanguage, relabel, t, use, word } from "./i18n.js";
+import { changed, current, onLanguage, relabel, t, use, word } from "./i18n.js";
 import { seconds } from "./live_connection.js";
 import { keep } from "./storage.js";
 
@@ -46,7 +46,7 @@ export class Header {
     const { store } = this;
     say(byId("state"), stateText(store) ?? t(store.get("link") === "open" ? "state.undefined" : "top.connecting"));
     this.battery();
-    const n = store.get("faults")?.list.length ?? 0;
+    const n = store.get("faults")?.active.length ?? 0;
     const chip = byId("fault-chip");
     show(chip, n > 0);
     chip.setAttribute("aria-label", t("top.faults", { n }));
@@ -60,9 +60,7 @@ export class Header {
     const age = this.ages.of("battery", seconds());
     box.classList.toggle("old", known && isOld("battery", age));
     box.classList.toggle("low", Boolean(battery?.low));
-    const shape = JSON.stringify([known && battery.percent, battery?.charging, current()]);
-    if (shape === this.batteryShape) return;
-    this.batteryShape = shape;
+    if (!changed(this, known && battery.percent, battery?.charging)) return;
     const name = known ? t("top.battery", { n: battery.percent }) : t("top.battery.unknown");
     const spoken = battery?.charging ? `${name}, ${t("top.charging")}` : name;
     box.setAttribute("aria-label", spoken);

@@ -53,7 +53,7 @@ export class HealthTab {
 
   renderFaults() {
     const faults = this.store.get("faults");
-    const list = (faults?.list ?? []).map((fault) => this.fault(fault));
+    const list = (faults?.active ?? []).map((fault) => this.fault(fault));
     fill(this.faults, el("h2", {}, t("faults.title")),
       list.length ? el("ul", { class: "plainlist" }, ...list) : el("p", { class: "quiet" }, t(faults?.known ? "faults.none" : "faults.unheard")));
   }
@@ -62,7 +62,7 @@ export class HealthTab {
     const level = LEVEL[String(fault.level ?? "").toLowerCase()] ?? "notice";
     return el("li", { class: level === "severe" ? "bad" : "warn" }, el("strong", {}, said(fault)),
       el("p", { class: "quiet" }, [t(`faults.${level}`), t("faults.code", { code: fault.code })].join(" · ")),
-      el("p", {}, `${t("todo.title")} ${fault.todo || t("faults.look")}`));
+      el("p", {}, `${t("todo.title")} ${t("faults.look")}`));
   }
 
   value(row) {
@@ -101,8 +101,8 @@ export class HealthTab {
 function battery(value) {
   if (!Number.isFinite(value?.percent)) return t("unknown");
   const parts = [`${value.percent} %`];
-  if (Number.isFinite(value.volts)) parts.push(`${number(value.volts, 1)} V`);
-  if (Number.isFinite(value.amps)) parts.push(`${number(value.amps, 1)} A`);
+  if (Number.isFinite(value.voltage)) parts.push(`${number(value.voltage, 1)} V`);
+  if (Number.isFinite(value.current)) parts.push(`${number(value.current, 1)} A`);
   if (value.charging) parts.push(t("top.charging"));
   return parts.join(", ");
 }

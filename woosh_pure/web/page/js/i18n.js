@@ -69,6 +69,13 @@ export const degrees = (radians) => {
   return value > 180 ? value - 360 : value <= -180 ? value + 360 : value;
 };
 
+// Whether what `owner` shows has changed since the last call, or the language: only then is it built again.
+export function changed(owner, ...shown) {
+  const before = owner.shown;
+  owner.shown = JSON.stringify([language, ...shown]);
+  return owner.shown !== before;
+}
+
 // Texts of index.html: data-t is the text, data-t-label the accessible name.
 export function relabel(root = document) {
   for (const element of root.querySelectorAll("[data-t]")) element.textContent = t(element.dataset.t);

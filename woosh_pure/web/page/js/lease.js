@@ -44,7 +44,7 @@ export class Lease {
     if (lease === null || lease.yours) return;
     this.say("ask");
     await until(() => this.yours || this.held, MAX_WAIT_SECONDS);
-    if (!this.yours && this.held && this.store.get("lease").program) await this.takeOver();
+    if (!this.yours && this.held && this.store.get("lease").holder_is_program) await this.takeOver();
     if (!this.yours) throw new Refused(this.held ? t("lease.waiting", { name: this.holder }) : t("drive.needlease"));
   }
 
@@ -85,10 +85,10 @@ export class Lease {
     const parts = [];
     if (lease.yours) {
       parts.push(el("p", {}, t("lease.yours")));
-      if (!lease.askedBy) parts.push(button(t("lease.give"), () => this.say("give"), { kind: "plain" }));
+      if (!lease.asking.length) parts.push(button(t("lease.give"), () => this.say("give"), { kind: "plain" }));
     } else if (this.held) {
       parts.push(el("p", {}, this.otherText));
-      if (this.asked && lease.program) {
+      if (this.asked && lease.holder_is_program) {
         parts.push(el("p", { class: "quiet" }, t("lease.program", { name: this.holder })));
         parts.push(button(t("lease.takeover"), () => this.takeOver(), { id: "take-over" }));
       } else if (this.asked) parts.push(el("p", { class: "quiet" }, t("lease.waiting", { name: this.holder })));

@@ -2,7 +2,7 @@
 
 import { button, byId, el, fill, icon, show } from "./dom.js";
 import { Download, MAX_BYTES } from "./download.js";
-import { bytes, clock, current, has, number, onLanguage, t, word } from "./i18n.js";
+import { bytes, changed, clock, has, number, onLanguage, t, word } from "./i18n.js";
 import { attempt, toast } from "./toast.js";
 import { whatText, whoText } from "./command_words.js";
 import { briefText } from "./reason_words.js";
@@ -39,7 +39,7 @@ export class LogTab {
       return el("li", { class: `entry ${kind}` }, icon(ICONS[kind]),
         el("div", { class: "grow" },
           el("p", {}, el("strong", {}, whatText(entry))),
-          el("p", { class: "quiet" }, [clock(entry.at), whoText(entry.by), word("goal", entry.state), briefText(entry)].filter(Boolean).join(" · "))));
+          el("p", { class: "quiet" }, [clock(entry.at), whoText(entry.who), word("goal", entry.state), briefText(entry)].filter(Boolean).join(" · "))));
     });
     fill(this.list, el("h2", {}, t("log.title")),
       rows.length ? el("ul", { class: "plainlist" }, ...rows) : el("p", { class: "quiet" }, t("log.none")));
@@ -51,12 +51,10 @@ export class LogTab {
     const failed = all.find((one) => one.id === this.running && FAILED.has(one.end));
     if (failed) toast(t(`ended.${failed.end}`), "bad");
     this.running = running?.id;
-    const shape = JSON.stringify([running?.id, all.length, current()]);
-    if (shape === this.shape) { // only sizes changed: keep the focus
+    if (!changed(this, running?.id, all.length)) { // only sizes changed: keep the focus
       if (running) this.growth.textContent = growthOf(running);
       return;
     }
-    this.shape = shape;
     this.growth = el("span", { class: "grow" }, running ? growthOf(running) : "");
     const begin = () => attempt(() => this.rest.json("POST", "recordings", {}));
     const end = () => attempt(() => this.rest.call("POST", `recordings/${encodeURIComponent(running.id)}/end`, null, { timeout: 20 }));

@@ -126,29 +126,20 @@ function label(context, paint, text, px, py) {
   context.fillText(text, px, py);
 }
 
-// The robot's outline as the current path, not smaller than MIN_SYMBOL_PIXELS.
-function outline(context, view, footprint) {
-  const known = footprint && footprint.length > 2;
-  const corners = known ? footprint : [[0.3, 0.3], [-0.3, -0.3]];
-  const extent = (at) => Math.max(...corners.map((one) => one[at])) - Math.min(...corners.map((one) => one[at]));
-  const scale = Math.max(view.scale, MIN_SYMBOL_PIXELS / Math.max(Math.min(extent(0), extent(1)), 0.01));
+// The robot's outline as the current path: the chassis does not report it. Not smaller than MIN_SYMBOL_PIXELS.
+function outline(context, view) {
   context.beginPath();
-  if (known) {
-    footprint.forEach(([x, y]) => context.lineTo(x * scale, -y * scale));
-    context.closePath();
-  } else {
-    context.arc(0, 0, 0.3 * scale, 0, PI2);
-  }
+  context.arc(0, 0, Math.max(0.3 * view.scale, MIN_SYMBOL_PIXELS / 2), 0, PI2);
 }
 
 // A light and a dark edge: one of them contrasts with any background.
-export function drawRobot(context, view, paint, pose, footprint, old) {
+export function drawRobot(context, view, paint, pose, old) {
   if (!pose) return;
   const [px, py] = view.toScreen(pose.x, pose.y);
   context.save();
   context.translate(px, py);
   context.rotate(-pose.yaw);
-  outline(context, view, footprint);
+  outline(context, view);
   context.lineJoin = "round";
   context.lineWidth = 7;
   context.strokeStyle = paint.halo;
@@ -176,13 +167,13 @@ function arrow(context, size, colour) {
 }
 
 // The pose being placed: a translucent robot with its heading.
-export function drawPlacing(context, view, paint, place, footprint) {
+export function drawPlacing(context, view, paint, place) {
   if (!place) return;
   const [px, py] = view.toScreen(place.x, place.y);
   context.save();
   context.translate(px, py);
   context.rotate(-place.yaw);
-  outline(context, view, footprint);
+  outline(context, view);
   context.strokeStyle = paint.place;
   context.lineWidth = 2.5;
   context.setLineDash([6, 4]);

@@ -39,7 +39,7 @@ export class MapView {
 
   listen() {
     const { store } = this;
-    store.on("plan footprint marks obstacles scan lost", () => this.change());
+    store.on("plan marks obstacles scan lost", () => this.change());
     store.on("pose", (pose) => this.takePose(pose));
     store.on("ground", () => this.takeGround());
     store.on("closer", (on) => (on ? this.closer() : this.fit()));
@@ -228,9 +228,8 @@ export class MapView {
     layers.drawObstacles(context, view, paint, store.get("obstacles"));
     layers.drawScan(context, view, paint, store.get("scan"), old("scan"));
     layers.drawMarks(context, view, paint, store.get("marks"), this.chosen, this.canvas.parentElement.querySelector(".tools"));
-    const footprint = store.get("footprint");
-    layers.drawRobot(context, view, paint, store.get("pose"), footprint, old("pose"));
-    layers.drawPlacing(context, view, paint, this.place, footprint);
+    layers.drawRobot(context, view, paint, store.get("pose"), old("pose"));
+    layers.drawPlacing(context, view, paint, this.place);
     this.texts();
   }
 

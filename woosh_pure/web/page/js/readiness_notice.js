@@ -2,7 +2,7 @@
 // robot goes to no mark, and still turns or drives by a distance), and with a low battery.
 
 import { button, byId, el, fill, icon } from "./dom.js";
-import { onLanguage, t } from "./i18n.js";
+import { changed, onLanguage, t } from "./i18n.js";
 import { whoText } from "./command_words.js";
 import { hindrances, notLocalised, todoOf, whyOf } from "./reason_words.js";
 
@@ -11,10 +11,7 @@ export class ReadinessNotice {
     this.store = store;
     this.lease = lease;
     store.on("readiness lease lost battery", () => this.render());
-    onLanguage(() => {
-      this.shape = null;
-      this.render();
-    });
+    onLanguage(() => this.render());
   }
 
   render() {
@@ -24,10 +21,8 @@ export class ReadinessNotice {
     if (lost) reasons.push([lost, whyOf(lost)]);
     const battery = this.store.get("battery");
     if (battery?.low) reasons.push([{ key: "battery" }, t("why.battery", { n: battery.percent })]);
-    const asked = lease?.yours ? lease.askedBy : null;
-    const shape = JSON.stringify([reasons, asked]);
-    if (shape === this.shape) return;
-    this.shape = shape;
+    const asked = lease?.yours ? lease.asking[0] : null;
+    if (!changed(this, reasons, asked)) return;
     fill(byId("notices"), ...reasons.map((each) => this.reason(...each)), asked ? this.asked(asked) : null);
   }
 

@@ -76,7 +76,7 @@ export function refusalText(problem, status) {
 export const kindText = (kind, values = {}) => (has(`problem.${kind}`) ? t(`problem.${kind}`, values) : "");
 
 // The end of a goal that did not arrive: why, and whether the robot stood still. It stays shown when the cause is over.
-export function endText({ kind, reasons, said: own, stands }) {
+export function endText({ kind, reasons, said: own, stands_still: stands }) {
   const moves = stands === false ? t("stop.moves") : "";
   if (kind !== "bad") return moves;
   const why = briefText({ kind, reasons, said: own });

@@ -20,15 +20,9 @@ export class Rest {
     this.session = null;
   }
 
-  // The token becomes a cookie that no script can read. Null when it was accepted, else the key of the reason.
-  async login(token) {
-    try {
-      await this.call("POST", "login", { token });
-      return null;
-    } catch (error) {
-      if (error.status === 429) return "token.many";
-      return error.status ? "token.wrong" : "token.offline";
-    }
+  // The token becomes a cookie that no script can read. Null when it was accepted, else the reason.
+  login(token) {
+    return this.call("POST", "login", { token }).then(() => null, (error) => error.message);
   }
 
   async call(method, path, body = null, { timeout = 10, session = true } = {}) {

@@ -3,19 +3,9 @@
 import { decode } from "./binary_frames.js";
 import * as shapes from "./server_values.js";
 
-// Part of the state -> its name here, and its converter.
-const PARTS = {
-  status: ["robot", shapes.robot],
-  battery: ["battery", shapes.battery],
-  readiness: ["readiness", shapes.readiness],
-  faults: ["faults", shapes.faults],
-  goals: ["goal", shapes.goal],
-  velocity: ["velocity", (part) => part],
-  odometer: ["odometer", (part) => part],
-  rates: ["rates", (part) => part],
-  recordings: ["recordings", (part) => part],
-  activity: ["activity", (part) => part],
-};
+// Part of the state -> its name here, and its converter. The others are taken as they come.
+const PARTS = { status: ["robot", shapes.robot], battery: ["battery", shapes.battery], goals: ["goal", shapes.goal] };
+const SAME = ["activity", "readiness", "faults", "velocity", "odometer", "rates", "recordings"];
 const MAX_ENTRIES = 200;
 const list = (value) => (Array.isArray(value) ? value : []);
 
@@ -26,11 +16,10 @@ const KINDS = {
     store.set("hello", message);
   },
   plan: (store, message) => store.set("plan", list(message.points)),
-  footprint: (store, message) => store.set("footprint", list(message.points)),
   obstacles: (store, message) => store.set("obstacles", list(message.circles)),
   marks: (store, message) => store.set("marks", list(message.marks)),
   map: (store, message) => store.set("map", shapes.mapFacts(message)),
-  lease: (store, message) => store.set("lease", shapes.lease(message)),
+  lease: (store, message) => store.set("lease", message),
   drive: (store, message) => store.set("drive", message),
   stop: (store, message) => store.set("stop", message),
   journal,
@@ -53,12 +42,13 @@ function state(store, message, ages, now) {
   for (const [part, [name, read]] of Object.entries(PARTS)) {
     if (part in message) store.set(name, read(message[part]));
   }
+  for (const part of SAME) if (part in message) store.set(part, message[part]);
   store.set("ages", ages);
 }
 
 function journal(store, message) {
   const entries = new Map((store.get("journal") ?? []).map((entry) => [entry.id, entry]));
-  for (const one of list(message.entries)) entries.set(one.id, shapes.entry(one));
+  for (const one of list(message.entries)) entries.set(one.id, { ...one, kind: shapes.kindOf(one.state) });
   store.set("journal", [...entries.values()].sort((a, b) => a.id - b.id).slice(-MAX_ENTRIES));
 }
 

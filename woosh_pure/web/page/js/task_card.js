@@ -1,7 +1,7 @@
 // The card of the current goal: progress, pause, resume, cancel, and then its end until it is closed.
 
 import { button, byId, el, fill, icon, say, show } from "./dom.js";
-import { number, onLanguage, t, word } from "./i18n.js";
+import { changed, number, onLanguage, t, word } from "./i18n.js";
 import { ICONS } from "./log_tab.js";
 import { attempt } from "./toast.js";
 import { whatText, whoText } from "./command_words.js";
@@ -17,14 +17,10 @@ export class TaskCard {
     this.seen = null; // id of the goal that was last seen running here
     this.closed = null;
     this.before = undefined; // id of the goal that had ended before the page was opened, "" if none: its end is not shown
-    this.shape = ""; // the built state; progress only moves the bar
     store.on("goal", (goal) => (this.before ??= goal && !goal.running ? goal.id : ""));
     store.on("goal lost", () => this.render());
     store.on("anew", () => ([this.seen, this.closed, this.before] = [null, null, undefined])); // a new server numbers its goals anew
-    onLanguage(() => {
-      this.shape = "";
-      this.render();
-    });
+    onLanguage(() => this.render());
   }
 
   render() {
@@ -32,7 +28,7 @@ export class TaskCard {
     if (goal?.running && goal.id !== this.seen) {
       this.seen = goal.id;
       // A person who started it far down the list would not see the card.
-      if (goal.by === this.store.get("hello")?.you) byId("panel").scrollTop = 0;
+      if (goal.who === this.store.get("hello")?.you) byId("panel").scrollTop = 0;
     }
     // A goal can begin and end between two messages to a slow page; its end is shown, too.
     const endSeen = this.before === undefined || [this.before, this.closed].includes(goal?.id);
@@ -40,10 +36,10 @@ export class TaskCard {
     show(this.box, !hidden);
     if (hidden) return;
     const what = whatText(goal);
-    const shape = JSON.stringify([goal.id, goal.state, goal.pauses, goal.reasons, goal.stands, what]);
-    if (shape !== this.shape) this.later(goal);
-    if (shape !== this.shape) this.build(goal, what);
-    this.shape = shape;
+    if (changed(this, goal.id, goal.state, goal.pauses, goal.reasons, goal.stands_still, what)) { // progress only moves the bar
+      this.later(goal);
+      this.build(goal, what);
+    }
     this.progress();
   }
 
@@ -63,7 +59,7 @@ export class TaskCard {
     const goal = this.store.get("goal");
     if (!goal?.running || !this.bar) return;
     this.buttons.disabled = this.store.get("lost")?.who === "server";
-    const { left, percent } = goal;
+    const { metres_left: left, percent } = goal;
     if (Number.isFinite(percent)) this.bar.value = percent;
     else this.bar.removeAttribute("value");
     const waits = this.store.get("robot")?.task?.state === "waiting for action";
@@ -73,8 +69,8 @@ export class TaskCard {
   }
 
   by(goal) {
-    if (goal.by && goal.by === this.store.get("hello")?.you) return t("task.you");
-    return goal.by ? t("task.by", { by: whoText(goal.by) }) : "";
+    if (goal.who && goal.who === this.store.get("hello")?.you) return t("task.you");
+    return goal.who ? t("task.by", { by: whoText(goal.who) }) : "";
   }
 
   build(goal, what) {

@@ -8,7 +8,7 @@ export class TokenDialog {
   constructor(rest, accepted) {
     this.rest = rest;
     this.accepted = accepted;
-    this.refusal = null; // of the token in the address: the key of the reason
+    this.refusal = null; // why the token in the address was refused
     this.dialog = byId("token");
     this.dialog.oncancel = (event) => event.preventDefault(); // the page is empty without a token
   }
@@ -19,7 +19,7 @@ export class TokenDialog {
 
   ask() {
     if (this.open) return;
-    this.why = el("p", { class: "why", role: "alert" }, this.refusal && t(this.refusal));
+    this.why = el("p", { class: "why", role: "alert" }, this.refusal);
     this.input = el("input", {
       type: "password", autocomplete: "current-password", autocapitalize: "off", spellcheck: "false", required: true, id: "token-input",
     });
@@ -43,7 +43,7 @@ export class TokenDialog {
     const refusal = await this.rest.login(this.input.value.trim());
     this.use.disabled = false;
     if (refusal !== null) {
-      say(this.why, t(refusal));
+      say(this.why, refusal);
       this.input.select();
       return;
     }

@@ -259,9 +259,6 @@ export const en = {
   "token.text": "The address lacks its token. The terminal where the server was started shows the whole address, with #token=.",
   "token.label": "Token",
   "token.show": "Show what I type",
-  "token.wrong": "This is not the token.",
-  "token.many": "Too many attempts. Wait a moment, then try again.",
-  "token.offline": "The server does not answer. Try again.",
   "token.use": "Use it",
 
   "go.lost": "Not connected: it would not reach the robot.",

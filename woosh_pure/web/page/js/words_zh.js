@@ -259,9 +259,6 @@ export const zh = {
   "token.text": "网址里没有令牌。启动服务器的终端会显示完整的网址，其中包含 #token=。",
   "token.label": "令牌",
   "token.show": "显示输入的内容",
-  "token.wrong": "令牌不对。",
-  "token.many": "尝试次数过多，请稍等再试。",
-  "token.offline": "服务器没有响应，请再试一次。",
   "token.use": "使用",
 
   "go.lost": "未连接：指令无法到达机器人。",
