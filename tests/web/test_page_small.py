@@ -156,8 +156,7 @@ def test_the_answer_of_stop_lies_over_no_control(
         page.click("#stop")
         page.wait_for_selector("#stop-answer.ok")
         assert missed(page, "#drive-on", "#stop-answer .close") == []
-        if size[0] > size[1]:
-            assert share(page, "#map", "#stop-answer") == 0.0, "nor over the robot"
+        assert share(page, "#map", "#stop-answer") == 0.0, "nor over the robot"
         page.click("#tabbutton-go")
         assert page.evaluate(_HIT_OF, ".markrow") >= (6 if 320 in size else 7)
         page.click(".markrow")
@@ -219,6 +218,19 @@ def test_the_warning_is_read_before_it_is_confirmed(
         page.click("#tabbutton-drive")
         page.click("#drive-on")
         assert missed(page, "#warning-title", "#warning .strong") == []
+
+
+def test_a_phone_at_200_percent(browser: Browser, served: tuple[Fake, str]) -> None:
+    """Half as many pixels: STOP, the tabs and what ends a goal are in reach, and nothing runs out of the screen."""
+    with person(browser, served[1], (195, 422)) as page:
+        page.click(".markrow")
+        page.click("#confirm [type=submit]")
+        page.wait_for_selector("#task progress")
+        page.locator("#cancel").scroll_into_view_if_needed()
+        assert missed(page, "#pause", "#cancel") == []
+        switch_on(page)
+        assert missed(page, ".knob") == []
+        assert page.evaluate("document.documentElement.scrollWidth") == 195
 
 
 @each_phone

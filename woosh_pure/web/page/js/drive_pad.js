@@ -100,6 +100,7 @@ export class DrivePad {
 
   place(event) {
     const [x, y] = this.stick(event);
-    this.knob.style.transform = `translate(${Math.round(x * 70)}px, ${Math.round(-y * 70)}px)`;
+    const reach = 0.32 * this.box.width;
+    this.knob.style.transform = `translate(${Math.round(x * reach)}px, ${Math.round(-y * reach)}px)`;
   }
 }

@@ -59,7 +59,7 @@ export class StopButton {
       later(socket ? CALL_SECONDS : 0, () => this.begun || this.call(mine, true)),
       later(ALL_WAYS_SECONDS, () => this.begun || this.other(mine)),
       later(RED_BUTTON_SECONDS, () => this.begun || this.answer(NO_ANSWER)),
-      later(SLOW_SECONDS, () => this.over || this.answer(NO_ANSWER)),
+      later(SLOW_SECONDS, () => this.over || !this.shown || this.answer(NO_ANSWER)), // not if it was closed
     ];
   }
 

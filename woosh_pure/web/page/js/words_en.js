@@ -79,7 +79,7 @@ export const en = {
   "go.place": "Place on the map",
   "go.pose": "Correct its position",
   "go.poseask": "Is the robot here, facing this way?",
-  "go.posenote": "The robot does not move. It only uses this as its position.",
+  "go.posenote": "The robot does not move.",
   "go.poseyes": "Yes, it is here",
   "go.placehint": "Press where it should stand, drag towards where it should face, then release. Check that the way is clear.",
   "go.posehint": "Press where the robot really is, drag towards where it faces, then release.",
