@@ -1,4 +1,4 @@
-"""Reads a robot's state as values for clients: the parts of the snapshot, the path, and the pose of the laser.
+"""Reads a robot's state as values for clients: the parts of the snapshot, the path, the pose of the laser.
 No function waits unless its docstring says so.
 """
 
