@@ -158,6 +158,6 @@ export const zh = {
   "black on white": "白底黑字",
   "done part of the way, or of the steps, in %": "已完成的路程或步骤，单位 %",
   "A place on the map; the heading is 0 if it is left out. It was called `theta` before: both at once are\nrefused.": "地图上的位置；不给朝向时为 0。以前的名称是 `theta`：不能同时给出两者。",
-  "`driven` by hand, `under way` (a goal of anybody), or else the robot's own state": "`driven` 表示手动驾驶，`under way` 表示正在执行任何人的目标，其他为机器人自己的状态",
+  "`driven` by hand, `under way` (a goal of anybody), or else the robot's own state": "`driven` 表示手动遥控，`under way` 表示正在执行任何人的目标，其他为机器人自己的状态",
   "What a QR code contains.": "二维码的内容。",
 };

@@ -3,7 +3,6 @@
 import { button, byId, el, fill, say, show } from "./dom.js";
 import { t } from "./i18n.js";
 
-const form = () => byId("confirm");
 let ending = () => {};
 let checking = () => {};
 
@@ -11,7 +10,7 @@ let checking = () => {};
 // is why there can be no yes now, or "".
 export function ask({ text, note = "", yes, fields = [], onyes, onno = () => {}, hindered = () => "" }) {
   ending();
-  const box = form();
+  const box = byId("confirm");
   const before = document.activeElement;
   const end = (then) => {
     ending = checking = () => {};

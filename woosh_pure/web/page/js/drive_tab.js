@@ -3,7 +3,7 @@
 
 import { button, byId, el, fill, say, show } from "./dom.js";
 import { BEAT_SECONDS, Heartbeat } from "./heartbeat.js";
-import { inDegrees, number, onLanguage, t } from "./i18n.js";
+import { has, inDegrees, number, onLanguage, t } from "./i18n.js";
 import { Hold } from "./hold.js";
 import { Gamepad, Keys } from "./keys_and_gamepad.js";
 import { seconds } from "./live_connection.js";
@@ -18,8 +18,7 @@ const REASONS = {
   over: "ended", "not connected": "lost", "not allowed": "off", "not confirmed": "unconfirmed",
   released: "again", "pressed twice": "again", "not a new press": "again", "released early": "again",
 };
-const OWN = new Set([...Object.values(REASONS), "gap", "hidden", "blur", "lost", "taken", "moved", "other", "unseen"]);
-const whyText = (why) => (OWN.has(why) ? t(`drive.${why}`) : why).replace(/[.。]$/, "");
+const whyText = (why) => (has(`drive.${why}`) ? t(`drive.${why}`) : why).replace(/[.。]$/, "");
 
 export class DriveTab {
   constructor({ store, link, lease, leaseBox }) {

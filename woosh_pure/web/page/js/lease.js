@@ -12,9 +12,8 @@ import { whoText } from "./command_words.js";
 const MAX_WAIT_SECONDS = 3; // seconds to wait for a free lease
 
 export class Lease {
-  constructor({ store, link, rest, boxes }) {
-    Object.assign(this, { store, link, rest });
-    this.boxes = boxes; // elements that show it
+  constructor({ store, link, rest, box }) {
+    Object.assign(this, { store, link, rest, box }); // the box shows it
     this.asked = false; // this page's request, not answered yet
     store.on("lease", (lease) => {
       this.asked = lease.asking.includes(lease.you);
@@ -78,7 +77,7 @@ export class Lease {
 
   render() {
     const lease = this.store.get("lease");
-    for (const box of this.boxes) fill(box, ...(lease ? this.parts(lease) : []));
+    fill(this.box, ...(lease ? this.parts(lease) : []));
   }
 
   parts(lease) {

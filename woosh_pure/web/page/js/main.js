@@ -65,7 +65,7 @@ store.on("hello", (hello) => {
   if (anew) store.set("anew", true);
 });
 const leaseBox = el("section", { class: "card lease", "aria-live": "polite" });
-const lease = new Lease({ store, link, rest, boxes: [leaseBox] });
+const lease = new Lease({ store, link, rest, box: leaseBox });
 const tabs = new Tabs(store);
 const map = new MapView({ store, ages, rest });
 new Header({ store, ages, link, tabs });

@@ -29,8 +29,7 @@ export class ReadinessNotice {
   reason(reason, text) {
     const todo = todoOf(reason);
     return el("div", { class: "notice bad" }, icon("warn"),
-      el("div", {}, el("strong", {}, text),
-        todo ? el("p", {}, todo) : null));
+      el("div", {}, el("strong", {}, text), todo ? el("p", {}, todo) : null));
   }
 
   asked(name) {

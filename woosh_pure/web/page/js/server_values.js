@@ -33,7 +33,4 @@ export const kindOf = (state) =>
   RUNNING.has(state) ? "running" : BAD.has(state) ? "bad" : ENDED.has(state) ? "ended" : "ok";
 
 // {width, height, resolution, origin: [x, y, yaw]}
-export function mapFacts(part) {
-  const { origin } = part;
-  return { ...part, origin: Array.isArray(origin) ? origin : [origin?.x ?? 0, origin?.y ?? 0, origin?.yaw ?? 0] };
-}
+export const mapFacts = ({ origin, ...part }) => ({ ...part, origin: [origin?.x ?? 0, origin?.y ?? 0, origin?.yaw ?? 0] });

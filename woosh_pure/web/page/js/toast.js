@@ -6,8 +6,7 @@ const SECONDS = { ok: 4, wait: 4, ask: 9, bad: 9 };
 const ICONS = { ok: "ok", wait: "wait", ask: "ask", bad: "warn" };
 const MAX_TOASTS = 3;
 
-// Returns the message, which may be removed before.
-export function toast(text, kind = "ok") {
+export function toast(text, kind = "ok") { // returns the message, which may be removed before
   const box = byId("toasts");
   const note = el("div", { class: `toast ${kind}` }, icon(ICONS[kind]), el("span", {}, text));
   note.onclick = () => note.remove();
