@@ -194,7 +194,7 @@ def rostopic_live(case):
 def rostopic_pub(case):
     import rostopic
 
-    rostopic._ONCE_DELAY = 0.5  # 3 s, for subscribers that are still connecting
+    rostopic._ONCE_DELAY = 0.0  # 3 s, for subscribers that are still connecting: this node goes on
     return rostopic_live(case)
 
 
@@ -348,7 +348,7 @@ def live_call(case):
 
 
 def live_subscribe(case):
-    """Subscribe to a topic that nobody has subscribed to before."""
+    """Subscribe to a topic that nobody has subscribed to before, until the last message comes."""
     import rospy
     from std_msgs.msg import String
 
@@ -357,7 +357,14 @@ def live_subscribe(case):
     LIVE["number"] = LIVE.get("number", 0) + 1
     LIVE["received"] = received = []
     topic = f"/in{LIVE['number']}"
-    LIVE["subscriber"] = rospy.Subscriber(topic, String, lambda message: received.append(message.data))
+
+    def take(message):
+        received.append(message.data)
+        if message.data == case["last"]:
+            LIVE["subscriber"].unregister()
+
+    LIVE["last"] = case["last"]
+    LIVE["subscriber"] = rospy.Subscriber(topic, String, take)
     return {"topic": topic}
 
 
@@ -365,7 +372,7 @@ def live_received(case):
     import time
 
     count = -1
-    while count != len(LIVE["received"]):
+    while count != len(LIVE["received"]) and LIVE["last"] not in LIVE["received"]:
         count = len(LIVE["received"])
         time.sleep(0.05)
     return {"received": list(LIVE["received"])}

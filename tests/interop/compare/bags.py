@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from rosproto import BagWriter, message_class
+from rosproto import BagReader, BagWriter, message_class
 from rosproto.bag.records import Connection
 from rosproto.cli.yaml_values import fields_of
 from rosproto.codec import AnyMsg, define, encode
@@ -319,14 +319,14 @@ class BagPlay(BagKind):
     """`rosbag play` beside ours: what a subscriber of ours receives."""
 
     damaged = 0.0
-    every = 20
 
     def __init__(self, folder: Path, layer: Peer, node: Node) -> None:
         super().__init__(folder, layer)
         self._uri = node.master_uri
         self._came: dict[str, list[str]] = {}
         self._last = 0.0
-        for topic in (f"{prefix}/{name.strip('/')}" for prefix in ("", "/robot") for name in TOPICS):
+        self._ours: Answer = {}
+        for topic in (self._heard_as(name, way) for way in ([], ["--prefix"]) for name in TOPICS):
             node.subscriber(topic, AnyMsg, partial(self._take, topic), queue_size=1000)
 
     def _take(self, topic: str, message: Any) -> None:
@@ -346,9 +346,22 @@ class BagPlay(BagKind):
             if chance.random() < 0.2
             for word in option
         ]
-        return {"options": options}
+        with BagReader(self._home / "in.bag") as bag:
+            latched = [one.topic for one in bag.connections.values() if one.latching]
+            at_zero = [topic for topic, _, stamp in bag.read_messages(raw=True) if not stamp.to_nsec()]
+        return {
+            "options": options,
+            "latched": [self._heard_as(topic, options) for topic in latched],
+            "at_zero": [self._heard_as(topic, options) for topic in at_zero],
+        }
+
+    @staticmethod
+    def _heard_as(topic: str, options: list[str]) -> str:
+        prefix = "/robot" if "--prefix" in options else ""
+        return f"/{(prefix + topic).lstrip('/')}"
 
     def theirs(self, case: Case, peer: Peer) -> Answer:
+        self._ours = self._play(case)  # first: what it sends is what is waited for
         command = [
             "/usr/lib/rosbag/play",
             "-q",
@@ -359,8 +372,9 @@ class BagPlay(BagKind):
         ]
         with RosProcess(command, environment(self._uri)) as process:
             self._last = time.monotonic() + 1.0  # it starts
-            while process.running and time.monotonic() < self._last + 0.4:
-                time.sleep(0.02)
+            while process.running and not self._is_quiet(0.05 if self._came == self._ours["came"] else 0.4):
+                time.sleep(0.01)
+            process.stop(patience=1.0)  # one that waits for subscribers takes no notice of Ctrl-C
             return self._took(ERROR if not process.running and "rror" in process.output else "")
 
     @staticmethod
@@ -368,14 +382,21 @@ class BagPlay(BagKind):
         return [*case["options"], *(["--bags"] if "--topics" in case["options"] else []), case["bag"]]
 
     def ours(self, case: Case) -> Answer:
+        return self._ours
+
+    def _play(self, case: Case) -> Answer:
         with variables(ROS_MASTER_URI=self._uri):
             answer = run_command(
                 "bag", "play", "-q", "--immediate", "--wait-for-subscribers", *self._words(case)
             )
         self._last = time.monotonic()
-        while time.monotonic() < self._last + 0.2:
-            time.sleep(0.02)
+        while not self._is_quiet(0.1):
+            time.sleep(0.01)
         return self._took(answer.get("says", ""))
+
+    def _is_quiet(self, seconds: float) -> bool:
+        """Whether nothing has come for so long."""
+        return time.monotonic() > self._last + seconds
 
     def _took(self, says: str) -> Answer:
         came, self._came = self._came, {}

@@ -18,7 +18,7 @@ import sys
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -105,11 +105,9 @@ class Kind(ABC):
     Attributes:
         asked: The function of asked.py that answers for Debian.
         peer: A process of Debian's for this kind alone; None takes the one of all kinds.
-        every: Only each so many-th number has a case: for those that take long.
     """
 
     asked: str
-    every = 1
     peer: Peer | None = None
 
     @property
@@ -163,17 +161,22 @@ class Report:
     Attributes:
         rounds: How often all kinds had their turn.
         inputs: Number of cases of each kind.
+        seconds: What they took together.
         documented: How often each documented difference was met.
         found: Differences without a reason, as text.
     """
 
     rounds: int = 0
     inputs: Counter[str] = field(default_factory=Counter)
+    seconds: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
     documented: Counter[str] = field(default_factory=Counter)
     found: list[str] = field(default_factory=list)
 
     def __str__(self) -> str:
-        lines = [f"{name}: {count} inputs" for name, count in sorted(self.inputs.items())]
+        lines = [
+            f"{name}: {count} inputs, {self.seconds[name]:.1f} s"
+            for name, count in sorted(self.inputs.items())
+        ]
         lines += [f"{count} times, on purpose: {reason}" for reason, count in self.documented.most_common()]
         lines.append(f"{sum(self.inputs.values())} inputs, {len(self.found)} differences without a reason")
         return "\n".join([*lines, *self.found])
@@ -197,13 +200,13 @@ def compare(
     end = time.monotonic() + seconds
     for number in range(first, first + rounds):
         for kind in kinds:
-            if number % kind.every:
-                continue
             if time.monotonic() > end or len(report.found) >= enough:
                 return report
+            began = time.monotonic()
             case = kind.draw(random.Random(f"{seed} {kind.name} {number}"))
             report.inputs[kind.name] += 1
             theirs, ours = kind.theirs(case, kind.peer or peer), kind.ours(case)
+            report.seconds[kind.name] += time.monotonic() - began
             if kind.same(theirs, ours):
                 continue
             known = [d.reason for d in differences if d.kind == kind.name and d.covers(case, theirs, ours)]

@@ -241,6 +241,26 @@ def _publisher_without_type(case: Case, theirs: Answer, ours: Answer) -> bool:
     return not theirs["received"] and not any(word.startswith("type=") for word in case["header"])
 
 
+def _of_time_zero(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """The same without the messages of time 0, and in one order where chunks overlap."""
+    if case["at_zero"] and not {"-s", "-u"}.isdisjoint(case["options"]):
+        return True
+    arranged = list if case["ordered"] else sorted
+    left = {topic: arranged(found[case["at_zero"].count(topic) :]) for topic, found in ours["came"].items()}
+    return {topic: found for topic, found in left.items() if found} == {
+        topic: arranged(found) for topic, found in theirs["came"].items()
+    }
+
+
+def _latched_before(case: Case, theirs: Answer, ours: Answer) -> bool:
+    """Only topics of latched connections differ."""
+    came = [
+        {topic: found for topic, found in answer["came"].items() if topic not in case["latched"]}
+        for answer in (theirs, ours)
+    ]
+    return "-s" in case["options"] and bool(case["latched"]) and came[0] == came[1]
+
+
 def _copied_bytes(case: Case, theirs: Answer, ours: Answer) -> bool:
     """A definition is empty or no text of a definition: decoding and encoding loses the bytes."""
     both = [without_connections(answer).get("out.bag", {}).get("messages") for answer in (theirs, ours)]
@@ -553,6 +573,17 @@ DIFFERENCES: list[Difference] = [
         "BagPlay",
         "Of two definitions on one topic one is played; rosbag sends the bytes of both under one type.",
         lambda case, theirs, ours: case["shared"] and "different definitions" in ours["says"],
+    ),
+    Difference(
+        "BagPlay",
+        "Messages of time 0 are played, and -s and -u count from them; rosbag does not load them. Others of one time "
+        "come in the order of the file.",
+        _of_time_zero,
+    ),
+    Difference(
+        "BagPlay",
+        "With -s the last message that was latched before is played first, once; rosbag play sends it twice, or not at all.",
+        _latched_before,
     ),
     Difference(
         "BagPlay",

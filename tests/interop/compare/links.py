@@ -8,14 +8,18 @@ import re
 import socket
 import struct
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+from unittest.mock import patch
 from xmlrpc.client import ServerProxy
 from xmlrpc.server import SimpleXMLRPCServer
 
 from rosproto import message_class
 from rosproto.bag import BagReader
+from rosproto.cli import publish as cli_publish
 from rosproto.cli.yaml_values import fields_of as fields_given
 from rosproto.codec import encode
 from rosproto.codec.dicts import from_dict
@@ -28,6 +32,8 @@ from tests.interop.compare.values import RostopicEcho, without_now, words
 STRING_MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
 SETBOOL_MD5 = "09fb03525b03e7ea1fd3992bafd87e16"
 QUIET_SECONDS = 0.3  # a peer that has said nothing for so long says nothing more
+HEARD_SECONDS = 1.0  # what `rostopic pub -1` has published comes within this time
+LAST = "the last message"  # whoever takes it unsubscribes
 ECHO_SECONDS = 10.0  # an echo that cannot print a message does not count it, and never ends
 ODD = [
     "",
@@ -307,15 +313,14 @@ class FromService(Answering):
 
 
 class FromPublisher(Answering):
-    """rospy.Subscriber takes what an odd publisher sends."""
-
-    every = 5
+    """rospy.Subscriber takes what an odd publisher sends, and after it perhaps a last message."""
 
     def __init__(self, *of_link: Any) -> None:
         super().__init__(*of_link)
         self._told: Any = None
+        self._done = threading.Event()
         self._node = SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False)
-        self._node.register_function(lambda *_: self._told, "requestTopic")
+        self._node.register_function(self._request_topic, "requestTopic")
         threading.Thread(target=self._node.serve_forever, daemon=True).start()
 
     def close(self) -> None:
@@ -358,30 +363,33 @@ class FromPublisher(Answering):
         )
         return {"header": fields_of(chance, usual), "frames": frames, "told": told}
 
+    def _request_topic(self, *_: object) -> Any:
+        if self._told is None:
+            return [1, "", ["TCPROS", "127.0.0.1", self.server.port]]
+        self._done.set()  # it does not connect
+        return self._told
+
     def _with(self, peer: Peer, case: Case) -> Answer:
         slave = self._slave(peer)
-        done = threading.Event()
+        self._told, self._done = case["told"], threading.Event()
+        last = struct.pack("<I", len(LAST)) + LAST.encode()
 
         def answer(link: socket.socket) -> None:
             self.server.answer = lambda other: None  # who connects again gets nothing
             read_header(link)
             link.sendall(header(case["header"]))
-            for frame in case["frames"]:
-                link.sendall(bytes.fromhex(frame))
-            link.settimeout(0.1)
             try:
-                link.recv(1)  # it closes, or it is quiet
+                for frame in [*map(bytes.fromhex, case["frames"]), struct.pack("<I", len(last)) + last]:
+                    link.sendall(frame)
+                link.recv(1)  # it refuses and closes, or unsubscribes, or is quiet
             finally:
-                done.set()
+                self._done.set()
 
         self.server.answer = answer
-        self._told = (
-            case["told"] if case["told"] is not None else [1, "", ["TCPROS", "127.0.0.1", self.server.port]]
-        )
-        topic = str(peer.ask("live_subscribe", {})["topic"])
+        topic = str(peer.ask("live_subscribe", {"last": LAST})["topic"])
         with ServerProxy(slave) as node:
             node.publisherUpdate("/master", topic, [f"http://127.0.0.1:{self._node.server_address[1]}"])
-        done.wait(QUIET_SECONDS)
+        self._done.wait(2 * QUIET_SECONDS)
         return peer.ask("live_received", {})
 
 
@@ -389,7 +397,6 @@ class LiveEcho(RostopicEcho):
     """`rostopic echo` of messages that are published meanwhile, beside ours."""
 
     asked = "rostopic_live"
-    every = 5
 
     def __init__(self, folder: Path, node: Node, peer: Peer) -> None:
         super().__init__(folder)
@@ -448,11 +455,11 @@ class LivePub(Kind):
     """`rostopic pub -1` beside ours: what a subscriber receives."""
 
     asked = "rostopic_pub"
-    every = 10
 
     def __init__(self, node: Node, peer: Peer) -> None:
         self._node, self.peer = node, peer
         self._number = 0
+        self._heard = threading.Event()
 
     def draw(self, chance: random.Random) -> Case:
         kind = chance.choice(
@@ -479,19 +486,29 @@ class LivePub(Kind):
         return self._came(case, lambda given: peer.ask(self.asked, {"words": given}))
 
     def ours(self, case: Case) -> Answer:
-        with environment(ROS_MASTER_URI=self._node.master_uri):
+        def sleep(seconds: float) -> None:
+            self._heard.wait(HEARD_SECONDS)  # instead of lingering for subscribers that are still connecting
+
+        with (
+            environment(ROS_MASTER_URI=self._node.master_uri),
+            patch.object(cli_publish, "time", SimpleNamespace(**{**vars(time), "sleep": sleep})),
+        ):
             return self._came(case, lambda given: run_command("topic", *given))
 
     def _came(self, case: Case, publish: Callable[[list[str]], Answer]) -> Answer:
         self._number += 1
         topic = f"/pub{self._number}"
         came: list[Any] = []
+        self._heard = heard = threading.Event()
 
         def take(message: Any) -> None:
             without_now(message)
             # Not whether it is latched: rospy says so only to who connects after it has begun to latch.
             came.append([encode(message).hex(), dict(message._connection_header).get("type")])
+            heard.set()
 
         with self._node.subscriber(topic, case["type"], take):
             answer = publish(["pub", "-1", *case["options"], topic, *case["words"]])
+            if "error" not in answer:
+                heard.wait(HEARD_SECONDS)  # the node of `rostopic pub` goes on
         return {"came": came} if "error" not in answer else answer
