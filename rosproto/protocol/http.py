@@ -9,7 +9,7 @@ OK`, `Content-length: ` with one space, never chunked. The reader accepts more: 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
 from typing import NamedTuple
@@ -347,17 +347,15 @@ class HttpServerConnection(_Connection):
         return ContinueWanted()
 
 
+XML: Mapping[str, str] = {"Content-Type": "text/xml"}
+
+
 class HttpClientConnection(_Connection):
     """The client's side: `encode_request` writes requests, `next_event` returns responses."""
 
-    def encode_request(self, host: str, path: str, body: bytes) -> bytes:
-        """A POST request with its head."""
-        headers = {
-            "Host": host,
-            "User-Agent": "rosproto",
-            "Content-Type": "text/xml",
-            "Content-length": str(len(body)),
-        }
+    def encode_request(self, host: str, path: str, body: bytes, more: Mapping[str, str] = XML) -> bytes:
+        """A POST request with its head; `more` has the headers that differ between clients."""
+        headers = {"Host": host, "User-Agent": "rosproto", **more, "Content-length": str(len(body))}
         return _encode(f"POST {path} HTTP/1.1", headers, body)
 
     def next_event(self) -> Event | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline, next_item
+from rosproto.transport.http_client import HttpClient
 from rosproto.transport.listener import AT_ONCE, Listener
 from rosproto.transport.os_errors import allow_open_files, max_connections
 from rosproto.transport.own_address import local_address_towards
@@ -20,6 +21,7 @@ __all__ = [
     "Backoff",
     "Deadline",
     "HostNames",
+    "HttpClient",
     "Listener",
     "Peer",
     "TcpServer",
