@@ -8,6 +8,7 @@ LAYERS = [
     "rosproto.text",
     "rosproto.json_values",
     "rosproto.json_fields",
+    "rosproto.json_text",
     "rosproto.sentence",
     "rosproto.errors",
     "rosproto.files",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from rosproto.admission import MAX_CLIENTS
+from rosproto.json_text import JsonReader
 
 READER_BYTES = 64 << 10
 """The longest message, in bytes, where nothing may be written."""
@@ -66,3 +67,8 @@ class GatewayLimits(NamedTuple):
     def threads(self) -> int:
         """Most threads of one kind: with more clients, work that waits takes turns."""
         return min(MAX_THREADS, 4 * self.connections)
+
+    def json_reader(self) -> JsonReader:
+        """Make the reader of the messages of all clients."""
+        remedy = "a gateway started with a larger --message-bytes accepts one for every ten bytes of it"
+        return JsonReader(self.message_values, self.nesting, remedy)

@@ -13,10 +13,10 @@ from rosproto.aio.pool import Pool
 from rosproto.gateway.access import Access, Refused
 from rosproto.gateway.client_limits import READER_BYTES, GatewayLimits
 from rosproto.gateway.client_publications import ClientPublications
-from rosproto.gateway.json_text import JsonReader, is_short
 from rosproto.gateway.shared_subscriptions import SharedSubscriptions
 from rosproto.gateway.velocity_watchdog import VelocityWatchdog
 from rosproto.gateway.websocket_server import WebSocketServer
+from rosproto.json_text import is_short
 from rosproto.json_values import JsonValue
 from rosproto.node import Node
 from rosproto.watchdog import Watchdog
@@ -49,7 +49,7 @@ class GatewayState:
     ) -> None:
         self.node, self.access, self.limits = node, access, limits
         self.pool = Pool(limits.threads, name=f"rosproto:{kind} work")
-        self.json = JsonReader(limits.message_values, limits.nesting)
+        self.json = limits.json_reader()
         self.shared_subscriptions = SharedSubscriptions(node, limits)
         self.velocity_watchdog = VelocityWatchdog(node.clock.now)
         self.publications = ClientPublications(node, self.velocity_watchdog, watchdog=watchdog)

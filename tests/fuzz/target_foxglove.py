@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rosproto.gateway.foxglove import messages
-from rosproto.gateway.json_text import JsonReader
+from rosproto.json_text import JsonReader
 
 READER = JsonReader(200, 20)
 

@@ -26,9 +26,9 @@ from rosproto.gateway.foxglove.messages import (
     Unadvertise,
 )
 from rosproto.gateway.foxglove.server_state import ServerState
-from rosproto.gateway.json_text import JsonError, is_short
 from rosproto.gateway.values import definition_name, from_values
 from rosproto.gateway.velocity_watchdog import is_velocity
+from rosproto.json_text import JsonError, is_short
 
 if TYPE_CHECKING:
     from rosproto.gateway.foxglove.session import FoxgloveSession

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from rosproto.gateway.json_text import JsonError, JsonReader
 from rosproto.json_fields import MISSING, Anything, Check, FieldError, Reader, listed, shown, text, whole
+from rosproto.json_text import JsonError, JsonReader
 from rosproto.json_values import plain
 
 if TYPE_CHECKING:

@@ -28,8 +28,8 @@ from rosproto.gateway.foxglove.messages import Level
 from rosproto.gateway.foxglove.parameters import ViewerParameters
 from rosproto.gateway.foxglove.server_state import ClientFacts, ServerState
 from rosproto.gateway.foxglove.services import call
-from rosproto.gateway.json_text import is_short
 from rosproto.gateway.message_event import MessageEvent, TopicDescription
+from rosproto.json_text import is_short
 from rosproto.logs import get_logger
 from rosproto.worker_pool import WorkerPool
 

@@ -18,7 +18,6 @@ from json.encoder import encode_basestring_ascii as quoted
 
 from rosproto.gateway.chunks import ChunkedMessage, chunked
 from rosproto.gateway.client_limits import GatewayLimits
-from rosproto.gateway.json_text import JsonError, JsonReader, is_short
 from rosproto.gateway.rosbridge.fields import LEVELS, Id, Level, WrongMessage, read_id
 from rosproto.gateway.rosbridge.fragments import FragmentError, Reassembly, split
 from rosproto.gateway.rosbridge.operations import (
@@ -37,6 +36,7 @@ from rosproto.gateway.rosbridge.operations import (
     unread_request,
 )
 from rosproto.gateway.rosbridge.png import MAX_PICTURE_BYTES, PngError, unpack
+from rosproto.json_text import JsonError, JsonReader, is_short
 from rosproto.json_values import JsonValue
 from rosproto.protocol.framing import BytesLike
 from rosproto.text import printable
@@ -73,7 +73,7 @@ class Protocol:
 
     def __init__(self, limits: GatewayLimits, json: JsonReader | None = None) -> None:
         self._limits = limits
-        self._json = json or JsonReader(limits.message_values, limits.nesting)
+        self._json = json or limits.json_reader()
         self._fragments = Reassembly(limits.message_bytes)
         self._fragmented = itertools.count(1)
         self._pictures = 0  # in the message that is read

@@ -15,7 +15,7 @@ from rosproto.gateway.foxglove import messages
 from rosproto.gateway.foxglove.advertised_channels import AdvertisedChannel, AdvertisedService, TopicSchema
 from rosproto.gateway.foxglove.graph import ConnectionGraph
 from rosproto.gateway.foxglove.messages import ClientAdvertisement, Level, MessageError
-from rosproto.gateway.json_text import JsonReader
+from rosproto.json_text import JsonReader
 
 READER = JsonReader(1000, 10)
 

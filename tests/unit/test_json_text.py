@@ -10,8 +10,8 @@ import time
 
 import pytest
 
-from rosproto.gateway import json_text
-from rosproto.gateway.json_text import SHORT, SHORT_VALUES, JsonError, JsonReader, is_short
+from rosproto import json_text
+from rosproto.json_text import SHORT, SHORT_VALUES, JsonError, JsonReader, is_short
 
 
 def refused(text: str | bytes, **limits: int) -> str:
@@ -69,7 +69,7 @@ def test_keys_count() -> None:
 def test_long_numbers_on_early_pythons(monkeypatch: pytest.MonkeyPatch) -> None:
     """Python 3.10.0 to 3.10.6 read a number of any length, slowly: there we look first."""
     monkeypatch.delattr(sys, "get_int_max_str_digits", raising=False)
-    spec = importlib.util.find_spec("rosproto.gateway.json_text")
+    spec = importlib.util.find_spec("rosproto.json_text")
     assert spec is not None
     assert spec.loader is not None
     early = importlib.util.module_from_spec(spec)

@@ -1,4 +1,4 @@
-"""`JsonReader`: decodes JSON from clients after counting its values.
+"""`JsonReader`: decodes JSON from peers after counting its values.
 
 Decoding a text blocks all other threads, the one that sends zero velocities too. It takes up to a microsecond
 for each value and key, whatever the length of the text. They are therefore counted first, and only one long
@@ -14,6 +14,8 @@ import threading
 from collections.abc import Callable
 
 from rosproto.json_values import JsonValue
+
+__all__ = ["JsonError", "JsonReader", "is_short"]
 
 SHORT = 16 << 10
 SHORT_VALUES = 2000
@@ -48,16 +50,18 @@ _blanks: Callable[[str, int], re.Match[str]] = re.compile(r"[ \t\n\r]*").match  
 
 
 class JsonReader:
-    """Reads the texts of all clients of a gateway; from any thread.
+    """Reads the texts of all clients of a gateway, or the answers of a robot; from any thread.
 
     Args:
         max_values: Values and keys of one text.
         nesting: Arrays and objects inside one another.
+        remedy: What to do about a text with more values.
     """
 
-    def __init__(self, max_values: int, nesting: int) -> None:
+    def __init__(self, max_values: int, nesting: int, remedy: str = "") -> None:
         self._max_values = max_values
         self._nesting = nesting
+        self._remedy = f"; {remedy}" if remedy else ""
         self._turn = threading.Lock()
 
     def read(self, text: str | bytes, max_documents: int = 1) -> list[JsonValue]:
@@ -78,8 +82,7 @@ class JsonReader:
         values = _values_in(text)
         if values > self._max_values:
             raise JsonError(
-                f"has {values} values and keys, and at most {self._max_values} are accepted; a gateway that "
-                "is started with a larger --message-bytes accepts one for every ten bytes of it"
+                f"has {values} values and keys, and at most {self._max_values} are accepted{self._remedy}"
             )
         if len(text) <= SHORT and values <= SHORT_VALUES:
             return self._decoded(text, max_documents, values)
