@@ -16,7 +16,7 @@ from rosproto.logs import get_logger
 from rosproto.msg import learned_paths
 from rosproto.profile import remembered
 from rosproto.sentence import led, say
-from rosproto.transport import Deadline, HostNames
+from rosproto.transport import Deadline, HostNames, parse_uri
 from rosproto.watchdog import Watchdog
 from woosh_pure import interface
 from woosh_pure.components import Components
@@ -42,6 +42,7 @@ from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLim
 
 if TYPE_CHECKING:
     from woosh_pure import aio, values
+    from woosh_pure.robot_api.api import RobotApi
 
 __all__ = ["Chassis", "components_of"]
 
@@ -83,9 +84,11 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         watchdog: True starts a small process (20 MB) that sends zero and cancels the motions of this object
             when the program is killed, or does not run for 0.8 s; with `leave_running` goals continue. A
             `rosproto.watchdog.Watchdog` can be shared by several. It is not an emergency stop.
+        robot_api: Where its Robot API is: None for port 5480 of the same host, tried when it is asked for;
+            "host:port" or "user:password@host:port"; False for never.
 
     Raises:
-        ValueError: There is no address, or `address`, `timeout` or `resolve` is invalid.
+        ValueError: There is no address, or `address`, `timeout`, `resolve` or `robot_api` is invalid.
         DefinitionError: A folder of `msg_path` does not exist or has no definition.
     """
 
@@ -103,6 +106,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         learned: bool = True,
         resolve: Mapping[str, str] | None = None,
         watchdog: bool | Watchdog = False,
+        robot_api: str | bool | None = None,
     ) -> None:
         if address is None and (profile := remembered()) is not None:
             address, host = profile.chassis, host or profile.host
@@ -117,6 +121,10 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         timeout = min(timeout, MAX_TIMEOUT_SECONDS)
         folders = [*msg_path, *(learned_paths() if learned else ())]
         names = HostNames(resolve).given
+        self._robot_api: RobotApi | None = None
+        self._robot_api_at, self._names = robot_api, names
+        if isinstance(robot_api, str):
+            self._robot_api = self._new_robot_api()  # an invalid address is refused here
 
         def new_node() -> rosproto.Node:
             return rosproto.Node(
@@ -160,6 +168,8 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         motions.over = motions.over or _CLOSED  # without a call: no stack may be left, see `immediate_stop`
         motions.note_end(_CLOSED)
         problems = motions.executor.do(self._end, _CLOSE_SECONDS) if motions.moved else []
+        if self._robot_api is not None:
+            self._robot_api.close()
         try:
             motions.executor.do(self._components.close, _LEAVE_SECONDS)
         except RosTimeout as late:
@@ -204,6 +214,50 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         For a program it is advice (`chassis.lease.holder`), for the page and the REST API a rule.
         """
         return self._lease
+
+    @property
+    def robot_api(self) -> RobotApi:
+        """The robot's Robot API (JSON on port 5480), if it has one: what ROS 1 does not tell.
+
+        Its own marks with their poses, scenes and maps, zones, outline, identity, task history, events,
+        statistics. Nothing else of this class waits for it.
+
+            for mark in chassis.robot_api.marks():
+                print(mark.name, mark.pose)
+        """
+        with self._components.connection.making:
+            if self._robot_api is None:
+                self._robot_api = self._new_robot_api()
+            return self._robot_api
+
+    def _new_robot_api(self) -> RobotApi:
+        from woosh_pure.robot_api.api import RobotApi
+        from woosh_pure.robot_api.http import ApiRequests, api_address
+
+        given, host = self._robot_api_at, parse_uri(self.master_uri)[0]
+        if given is False:
+            return RobotApi(None, self._require_idle)
+        address = api_address(given if isinstance(given, str) else "", host)
+        hosts = HostNames(self._names, master=host, quiet=True)
+        return RobotApi(ApiRequests(address, hosts), self._require_idle)
+
+    def _require_idle(self, what: str) -> None:
+        """Check that nothing of ours commands the base.
+
+        Raises:
+            MotionRefused: Something does.
+        """
+        self._components.connection.require_open()
+        motions = self._components.motions
+        motions.require_free_base(what)
+        if goals := [goal.description for goal in motions.goals if not goal.done]:
+            raise MotionRefused(
+                say(
+                    "{what} refused, nothing was sent: {goals} is under way; wait for it or cancel it",
+                    what=what,
+                    goals=goals,
+                )
+            )
 
     @property
     def node(self) -> rosproto.Node:

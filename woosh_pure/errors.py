@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from rosproto.deprecation import former_attribute, former_parameters
 from rosproto.errors import ConnectionLost, RosError
-from rosproto.sentence import both, shown
+from rosproto.sentence import both, led, say, shown
 from woosh_pure.language import Spoken
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.reasons import Readiness, Reason, ReasonKey
 
-__all__ = ["ChassisError", "FirmwareLimit", "GoalFailed", "MotionRefused", "StaleState"]
+__all__ = ["ApiRefused", "ChassisError", "FirmwareLimit", "GoalFailed", "MotionRefused", "StaleState"]
 
 
 class ChassisError(RosError, Spoken):
@@ -90,3 +90,20 @@ class GoalFailed(ChassisError):
         self.outcome = outcome
         if outcome.kind is OutcomeKind.CONNECTION_LOST:
             self.exit_code = ConnectionLost.exit_code
+
+
+class ApiRefused(ChassisError):
+    """The robot refused a request of its Robot API.
+
+    Attributes:
+        request: Its type.
+        robot_text: The robot's own text; "" if it gave none.
+        status: Of HTTP: 401 if the robot wants a name and a password.
+    """
+
+    exit_code = 3
+
+    def __init__(self, request: str, robot_text: str, why: str = "", *, status: int = 200) -> None:
+        why = why or robot_text or "the robot gave no reason"
+        super().__init__(led(say("{request} was refused", request=request), why))
+        self.request, self.robot_text, self.status = request, robot_text, status

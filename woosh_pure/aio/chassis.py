@@ -25,6 +25,7 @@ from woosh_pure.faults import Faults
 from woosh_pure.hints import CHASSIS, SettingHints
 from woosh_pure.lease import ChassisLease
 from woosh_pure.motion import motion as threaded
+from woosh_pure.robot_api.api import RobotApi as ThreadedApi
 from woosh_pure.velocity.drive import Drive
 
 # -- from a verb of the threaded `Chassis` to the awaited one: same name, same arguments, same types ---------
@@ -91,6 +92,44 @@ def block(
         return VelocityBlock(self._calls, lambda: method(self.chassis, *args, **kwargs))
 
     return like(method, begin, "VelocityBlock")
+
+
+def answer(
+    method: Callable[Concatenate[Any, P], R],
+) -> Callable[Concatenate[RobotApi, P], Coroutine[Any, Any, R]]:
+    """An awaited question to the Robot API."""
+
+    async def call(self: RobotApi, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        return await self._calls.call(lambda: method(self.api, *args, **kwargs))
+
+    return like(method, call)
+
+
+class RobotApi:
+    """The Robot API of one robot, by plain HTTP: `chassis.robot_api`.
+
+    Attributes:
+        api: The underlying threaded `RobotApi`.
+    """
+
+    def __init__(self, api: ThreadedApi, calls: ThreadCalls) -> None:
+        self.api, self._calls = api, calls
+
+    available = answer(ThreadedApi.available)
+    request = answer(ThreadedApi.request)
+    identity = answer(ThreadedApi.identity)
+    facts = answer(ThreadedApi.facts)
+    outline = answer(ThreadedApi.outline)
+    settings = answer(ThreadedApi.settings)
+    scene = answer(ThreadedApi.scene)
+    scenes = answer(ThreadedApi.scenes)
+    marks = answer(ThreadedApi.marks)
+    zones = answer(ThreadedApi.zones)
+    switch_map = answer(ThreadedApi.switch_map)
+    task_history = answer(ThreadedApi.task_history)
+    events = answer(ThreadedApi.events)
+    unresolved = answer(ThreadedApi.unresolved)
+    statistics = answer(ThreadedApi.statistics)
 
 
 _log: logging.Logger = get_logger("woosh_pure.aio")
@@ -225,6 +264,14 @@ class Chassis(Readings, SettingHints):
                 await robot.go_to_mark("A1")
         """
         return self.chassis.request()
+
+    @property
+    def robot_api(self) -> RobotApi:
+        """The robot's Robot API (JSON on port 5480), if it has one: what ROS 1 does not tell.
+
+        for mark in await robot.robot_api.marks(): ...
+        """
+        return RobotApi(self.chassis.robot_api, self._calls)
 
     @property
     def node(self) -> AwaitableProperty[ros.Node]:

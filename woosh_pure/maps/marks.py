@@ -34,6 +34,7 @@ class UserMark:
         charger: Whether there is a charger.
         on_chassis: Whether the chassis's own map has a mark of this name for tasks. Else it is a place, and
             the robot is sent to its pose.
+        source: "list", or "robot" for a mark that the robot itself has named.
     """
 
     name: str
@@ -41,6 +42,18 @@ class UserMark:
     note: str = ""
     charger: bool = False
     on_chassis: bool = True
+    source: str = "list"
+
+
+def with_robot_marks(own: Iterable[UserMark], robot: Iterable[UserMark]) -> list[UserMark]:
+    """The user's list and the robot's marks. Of two with one name it is the user's, with the robot's pose
+    where the list has none.
+    """
+    found = {mark.name: mark for mark in robot}
+    for mark in own:
+        known = found.pop(mark.name, None)
+        found[mark.name] = replace(mark, pose=known.pose) if known and mark.pose is None else mark
+    return list(found.values())
 
 
 def mark_file() -> Path:

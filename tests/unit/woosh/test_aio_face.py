@@ -11,6 +11,7 @@ import pytest
 from woosh_pure import Chassis, aio
 from woosh_pure.feed import feed
 from woosh_pure.motion import action_goal, motion, task
+from woosh_pure.robot_api.api import RobotApi
 from woosh_pure.velocity import drive as velocity
 
 PAIRS = [
@@ -22,6 +23,7 @@ PAIRS = [
     (action_goal.NavigationHandle, aio.NavigationHandle),
     (action_goal.StepHandle, aio.StepHandle),
     (velocity.Drive, aio.Drive),
+    (RobotApi, aio.RobotApi),
 ]
 LEFT_OUT = {
     "Chassis.aio": "the face itself",
@@ -37,6 +39,7 @@ LEFT_OUT = {
     "Drive.end_due": "of use inside only",
     "Drive.end_now": "of use inside only",
     "Drive.finish": "leaving the block does it",
+    "RobotApi.close": "closing the Chassis does it",
 }
 OTHER_ARGUMENTS = {
     "wait": {"meanwhile"},  # other tasks run meanwhile; `progress()` shows how far it is
