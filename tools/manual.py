@@ -41,7 +41,7 @@ GROUPS = (
     Group("woosh", "woosh-drive", "driving and stopping",
           ("goto", "task", "charge", "move", "rotate", "drive", "stop")),
     Group("woosh", "woosh-maps", "maps, marks and navigation",
-          ("localization", "map", "plan", "costmap", "footprint", "mode", "marks")),
+          ("localization", "map", "plan", "costmap", "footprint", "mode", "marks", "api")),
     Group("woosh", "woosh-servers", "recording and servers",
           ("record", "web", "foxglove", "vda5050")),
     Group("rosproto", "rosproto-graph", "topics, nodes, services, parameters",

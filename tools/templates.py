@@ -47,12 +47,12 @@ __all__ = [
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLES = sorted((ROOT / "woosh_pure/language/zh").glob("*.txt"))
-_COMMANDS = "start state driving drive".split()
+_COMMANDS = "api start state driving drive".split()
 _CLI = "connection entry follow_goal arguments".split()
 _ROOMS = (
     "connection/arguments connection/clients connection/connection doctor/checks doctor/examination "
     "feed/feed motion/action_goal motion/motion motion/steps motion/task "
-    "outcome readiness/readiness_state selftest "
+    "outcome readiness/readiness_state robot_api/api robot_api/http selftest "
     "stopping/stop_executor stopping/other_clients stopping/report stopping/active_motions "
     "stopping/stop velocity/drive connection/other_drivers velocity/shaper velocity/end_conditions"
 ).split()

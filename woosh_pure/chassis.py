@@ -16,7 +16,7 @@ from rosproto.logs import get_logger
 from rosproto.msg import learned_paths
 from rosproto.profile import remembered
 from rosproto.sentence import led, say
-from rosproto.transport import Deadline, HostNames, parse_uri
+from rosproto.transport import Deadline, HostNames
 from rosproto.watchdog import Watchdog
 from woosh_pure import interface
 from woosh_pure.components import Components
@@ -231,15 +231,9 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
             return self._robot_api
 
     def _new_robot_api(self) -> RobotApi:
-        from woosh_pure.robot_api.api import RobotApi
-        from woosh_pure.robot_api.http import ApiRequests, api_address
+        from woosh_pure.robot_api.api import robot_api_at
 
-        given, host = self._robot_api_at, parse_uri(self.master_uri)[0]
-        if given is False:
-            return RobotApi(None, self._require_idle)
-        address = api_address(given if isinstance(given, str) else "", host)
-        hosts = HostNames(self._names, master=host, quiet=True)
-        return RobotApi(ApiRequests(address, hosts), self._require_idle)
+        return robot_api_at(self._robot_api_at, self.master_uri, self._names, self._require_idle)
 
     def _require_idle(self, what: str) -> None:
         """Check that nothing of ours commands the base.

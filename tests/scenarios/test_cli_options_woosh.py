@@ -184,6 +184,8 @@ TELLING = [
     Case("marks list", has("A1", "W1")),
     Case("marks list --json", doc(lambda d: {mark["name"] for mark in d} >= {"A1", "W1"})),
     Case("marks remove X9 --json", doc(lambda d: d["ok"] is False), code=1),
+    Case("api", has("woosh.robot.Battery", "woosh.map.SceneList")),
+    Case("api Scene {{}} --timeout 1 --api-address 127.0.0.1:1 --json", doc(lambda d: d["exit_code"] == 4), code=4),
     Case("led idle --strip base --module 2 --urgency", has("base strip: idle")),
     Case("led warning --color ff8000 --strip shelf --abnormal --json", doc(lambda d: d["color"] == 0xFF8000)),
     Case("led red --json", doc(lambda d: (d["state"], d["color"]) == ("none", 0xFF0000))),
@@ -295,11 +297,12 @@ FIRST = {
 
 @pytest.mark.parametrize("path", FIRST)
 def test_what_every_command_takes(path: str, watched: SimpleNamespace) -> None:
-    """--chassis, --host, --msg-path, --no-learned, --lang en and --debug change nothing of what it does."""
+    """--chassis, --host, --api-address off, --msg-path, --no-learned, --lang en, --debug change nothing of what it does."""
     (watched.folder / "pkg" / "msg").mkdir(parents=True, exist_ok=True)
     (watched.folder / "pkg" / "msg" / "Depth.msg").write_text("float64 depth\n")
     common = ["--chassis", watched.uri.removeprefix("http://").rstrip("/"), "--host", "127.0.0.1"]
     common += ["--msg-path", str(watched.folder / "pkg"), "--no-learned", "--debug", "--lang", "en"]
+    common += ["--api-address", "off"]
     run_case(FIRST[path], words_of(FIRST[path], watched, *common), watched)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 import math
 from argparse import ArgumentParser
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -118,18 +119,52 @@ def simulated_marks(args: argparse.Namespace) -> dict[str, UserMark]:
         return {}
 
 
-def marks_here(args: argparse.Namespace) -> dict[str, UserMark]:
+def robot_marks(
+    args: argparse.Namespace, out: Output | None = None, *, timeout: float = 10.0
+) -> list[UserMark]:
+    """Return the marks that a real robot names by its Robot API; none of a robot without it.
+
+    Args:
+        args: The command line.
+        out: Says why they are not known, if the robot has a Robot API; None says nothing.
+        timeout: Seconds.
+    """
+    from rosproto.errors import RosError
+    from woosh_pure.cli.connection import chosen, names, robot_api_of
+    from woosh_pure.connection.arguments import master_uri_of
+    from woosh_pure.errors import ApiRefused
+    from woosh_pure.robot_api.api import robot_api_at
+
+    if (given := robot_api_of(args)) is False:
+        return []
+    try:
+        api = robot_api_at(given, master_uri_of(chosen(args)[0]), names(args))
+        with closing(api):
+            found, here = api.marks(timeout=timeout), api.scene().current_map
+            return [mark.as_user_mark() for mark in found if here in ("", mark.map)]
+    except (RosError, ValueError) as error:
+        if out is not None and (given or isinstance(error, ApiRefused)):
+            out.line("the robot's own marks are not known: {error}", error=error)
+        return []
+
+
+def marks_here(args: argparse.Namespace, robot: Iterable[UserMark] = ()) -> dict[str, UserMark]:
     """Return the known marks by name: those of a simulator and, except with --sim, those of the user's list.
+
+    Args:
+        args: The command line.
+        robot: Those that the robot names.
 
     Raises:
         OSError, ValueError: The user's list cannot be read.
     """
-    return {**simulated_marks(args), **({} if args.sim else own_marks())}
+    own = {} if args.sim else own_marks()
+    return {**simulated_marks(args), **{mark.name: mark for mark in with_robot_marks(own.values(), robot)}}
 
 
 def mark_missing(args: argparse.Namespace, wanted: str, given: str = "") -> Sentence:
     """Return the error of a missing mark: the expected arguments, and the known marks, near ones first."""
-    return with_marks(wanted, marks_here(args), given)
+    return with_marks(wanted, marks_here(args, robot_marks(args)), given)
 
 
 def add_mark_options(parser: ArgumentParser) -> None:

@@ -64,6 +64,12 @@ def names(args: Namespace) -> dict[str, str]:
     return {**host_names(), **parse_host_names(getattr(args, "resolve", None) or ())}
 
 
+def robot_api_of(args: Namespace) -> str | bool | None:
+    """Return what `Chassis(robot_api=...)` takes, by the common options; --sim has none."""
+    given: str | None = args.api_address
+    return False if args.sim or given == "off" else given
+
+
 def watchdog_of(args: Namespace) -> AbstractContextManager[Watchdog | None]:
     """Start the process that stops the robot if this one is killed; None with --sim."""
     return watchdog_if(not (args.no_watchdog or args.sim))
@@ -105,6 +111,7 @@ def connect(
                 learned=learned,
                 resolve=names(args),
                 watchdog=watchdog or False,
+                robot_api=robot_api_of(args),
             )
             try:
                 with reaching():

@@ -172,6 +172,11 @@ def _common(*, defaults: bool = False) -> Parser:
         metavar="NAME=IP",
         help="address of a host name of the robot that is not known here (also $ROSPROTO_RESOLVE)",
     )
+    group.add_argument(
+        "--api-address",
+        metavar="ADDRESS",
+        help="its Robot API: HOST:PORT, USER:PASSWORD@HOST:PORT or off (default: port 5480 of the chassis)",
+    )
     general = parser.add_argument_group("general")
     general.add_argument("--json", action="store_true", help="JSON for programs instead of lines")
     general.add_argument(
@@ -206,6 +211,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "footprint": ("woosh footprint --rectangle 0.8 0.6",),
     "mode": ("woosh mode wait-then-avoid --waiting-timeout 10 --max-speed 0.5",),
     "marks add": ("woosh marks add 仓库 --note 'east door'", "woosh marks add A1 --on-chassis --pose 3 1 90"),
+    "api": ("woosh api", "woosh api Battery", """woosh api SceneData '{"name": "hall"}'"""),
     "led": ("woosh led idle", "woosh led red", "woosh led --color ff8000 --strip both"),
     "say": ("woosh say 你好",),
     "record": ("woosh record -O drive.bag --duration 10m",),

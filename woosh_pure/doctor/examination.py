@@ -11,6 +11,7 @@ import socket
 import statistics
 import time
 from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import closing
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosError, RosTimeout
@@ -28,8 +29,10 @@ from woosh_pure.doctor.checks import (
     ok,
     warn,
 )
+from woosh_pure.errors import ApiRefused
 from woosh_pure.feed.feed import Feed
 from woosh_pure.interface.schema import Row
+from woosh_pure.robot_api.api import RobotApi, robot_api_at
 from woosh_pure.values.messages import message_type
 
 CORE = ("/robot_status", "/exec_task", "/move_base")
@@ -48,6 +51,7 @@ def examine(
     listen: float = 3.0,
     timeout: float = 3.0,
     resolve: Mapping[str, str] | None = None,
+    robot_api: str | bool | None = None,
 ) -> Iterator[Finding]:
     """Check everything from this computer to a chassis; yield findings as they are made.
 
@@ -57,6 +61,7 @@ def examine(
         listen: Seconds to listen to the topics.
         timeout: Seconds for each connection.
         resolve: Host name -> address, for names that this computer cannot resolve.
+        robot_api: As of `Chassis`; False leaves it out.
     """
     name, port = parse_uri(master_uri)
     hosts = HostNames(resolve, master=name, quiet=True)
@@ -66,6 +71,9 @@ def examine(
     yield _own_address(address, port, host)
     reached = _reach(address, port, timeout)
     yield reached
+    if robot_api is not False:
+        with closing(robot_api_at(robot_api, master_uri, resolve)) as api:
+            yield _robot_api(api)
     if reached.level is Level.PROBLEM:
         return
     with rosproto.MasterClient(master_uri, "/woosh_doctor", timeout=timeout, hosts=hosts) as client:
@@ -157,6 +165,35 @@ def _master(client: rosproto.MasterClient) -> Finding:
         advice = "something listens there, but it is not a ROS master; check the port"
         return bad("master", "no ROS master answers: {error}", advice, error=error)
     return ok("master", "the ROS master answers")
+
+
+def _robot_api(api: RobotApi) -> Finding:
+    """A robot without it is as well: whether it has one, and what it says, is for the owner to know."""
+    try:
+        began = time.monotonic()
+        scene = api.scene()
+        seconds = time.monotonic() - began
+        identity, marks = api.identity(), api.marks()
+    except ApiRefused as error:
+        return warn("robot_api", "the Robot API refuses: {error}", error=error)
+    except (ConnectionLost, RosTimeout) as error:
+        without = "no Robot API, so the robot's own marks and maps are not known; driving needs none: {why}"
+        return ok("robot_api", without, why=error.why or error)
+    except RosError as error:
+        advice = "another program may use that port; see docs/robot-api.md"
+        return warn(
+            "robot_api", "the Robot API gives answers that are not understood: {error}", advice, error=error
+        )
+    return ok(
+        "robot_api",
+        "the Robot API answers in {time:.0f} ms: {model} {software}, map {map} of {scene}, {marks} marks",
+        time=seconds * 1000,
+        model=identity.model,
+        software=identity.software,
+        map=scene.current_map,
+        scene=scene.name,
+        marks=len(marks),
+    )
 
 
 def _there(page: int, missing: Sequence[str]) -> str:

@@ -15,11 +15,11 @@ from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.text import near_names
-from rosproto.transport import Deadline
+from rosproto.transport import Deadline, HostNames, parse_uri
 from woosh_pure.enums import RobotState
 from woosh_pure.errors import ChassisError, MotionRefused
 from woosh_pure.robot_api import wire
-from woosh_pure.robot_api.http import ApiRequests
+from woosh_pure.robot_api.http import ApiRequests, api_address
 from woosh_pure.robot_api.values import (
     DeviceFacts,
     Outline,
@@ -145,13 +145,13 @@ class RobotApi:
         """All scenes with their maps."""
         return scenes_of(self._ask("woosh.map.SceneList"), self.scene())
 
-    def marks(self, scene: str = "") -> list[RobotMark]:
+    def marks(self, scene: str = "", *, timeout: float = SCENE_SECONDS) -> list[RobotMark]:
         """The marks of all maps of a scene; "" is the one in use."""
-        return marks_of(self._ask("woosh.map.SceneDataEasy", {"name": scene}, timeout=SCENE_SECONDS))
+        return marks_of(self._ask("woosh.map.SceneDataEasy", {"name": scene}, timeout=timeout))
 
-    def zones(self, scene: str = "") -> list[Zone]:
+    def zones(self, scene: str = "", *, timeout: float = SCENE_SECONDS) -> list[Zone]:
         """The zones of all maps of a scene; "" is the one in use. Slow: pictures of the maps come along."""
-        return zones_of(self._ask("woosh.map.SceneData", {"name": scene}, timeout=SCENE_SECONDS))
+        return zones_of(self._ask("woosh.map.SceneData", {"name": scene}, timeout=timeout))
 
     def switch_map(self, scene: str, map: str = "", *, timeout: float = 60.0) -> Scene:
         """Let the robot use another map that it has; wait until it does.
@@ -254,6 +254,24 @@ class RobotApi:
         if not isinstance(body, dict) or not body.keys() & {"hardware", "software"}:
             return None
         return self._required().loaded("woosh.robot.DeviceState", body)
+
+
+def robot_api_at(
+    given: str | bool | None,
+    master_uri: str,
+    resolve: Mapping[str, str] | None = None,
+    require_free_base: Callable[[str], object] = lambda what: None,
+) -> RobotApi:
+    """The Robot API of the robot with this master; `given` is what `Chassis(robot_api=...)` takes.
+
+    Raises:
+        ValueError: `given` is not an address.
+    """
+    if given is False:
+        return RobotApi(None, require_free_base)
+    host = parse_uri(master_uri)[0]
+    address = api_address(given if isinstance(given, str) else "", host)
+    return RobotApi(ApiRequests(address, HostNames(resolve, master=host, quiet=True)), require_free_base)
 
 
 def request_named(name: str) -> str:

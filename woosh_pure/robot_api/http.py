@@ -56,8 +56,7 @@ def api_address(given: str, host: str = "") -> ApiAddress:
     except ValueError:
         found = ApiAddress("", 0)
     if not found.host or "/" in place or any(c.isspace() for c in place) or (at and not (user and colon)):
-        form = "host:port, or user:password@host:port"
-        raise ValueError(say("the address of the Robot API is not one: expected {form}", form=form))
+        raise ValueError("not an address of a Robot API: expected host:port, or user:password@host:port")
     return found
 
 
@@ -166,15 +165,15 @@ class ApiRequests:
             found = _read(response.body)
             answer = found[0] if found else None
         except JsonError as error:
-            raise self._wrong(request, say("it {error}", error=error)) from error
+            raise self._wrong(request, str(error)) from error
         if not isinstance(answer, dict) or not isinstance(answer.get("ok"), bool):
-            raise self._wrong(request, say("HTTP {status}", status=response.status))
+            raise self._wrong(request, f"HTTP {response.status}")
         if not answer["ok"]:
             said = answer.get("msg")
             raise ApiRefused(request, said if isinstance(said, str) else "")
         expected, empty = wire.requests()[request][1:]
         if answer.get("type", expected) != expected and not empty:
-            raise self._wrong(request, say("type {type}", type=printable(str(answer["type"])[:80])))
+            raise self._wrong(request, printable(f"type {answer['type']}"[:80]))
         return answer.get("body") or {}
 
     def _wrong(self, request: str, why: str) -> RemoteProtocolError:
@@ -184,10 +183,8 @@ class ApiRequests:
         )
 
     def _locked(self, request: str) -> ApiRefused:
-        how = "user:password@host:port"
-        error = ApiRefused(
-            request, "", say("it wants a name and a password; give robot_api={how!r}", how=how), status=401
-        )
+        why = "it wants a name and a password; give robot_api='user:password@host:port'"
+        error = ApiRefused(request, "", say(why), status=401)
         if not self._warned:
             self._warned = True
             _log.warning("! %s: %s", self._uri, error)

@@ -1,9 +1,9 @@
-"""`woosh map`, and `woosh marks`: the user's own list of marks."""
+"""`woosh map`, and `woosh marks`: the user's own list of marks, and the robot's."""
 
 from __future__ import annotations
 
 from argparse import SUPPRESS, ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ from rosproto.errors import RosError, RosTimeout
 from rosproto.files import write_file
 from rosproto.sentence import say
 from rosproto.text import padded, width
-from woosh_pure.cli.arguments import POSE, add_wait, marks_here, pose_of, wait_for
+from woosh_pure.cli.arguments import POSE, add_wait, marks_here, pose_of, robot_marks, wait_for
 from woosh_pure.cli.connection import connect
 from woosh_pure.cli.output import Output
 from woosh_pure.errors import ChassisError
@@ -140,7 +140,7 @@ def _set_map(args: Namespace, out: Output) -> None:
 def add_marks(parser: ArgumentParser) -> None:
     parser.add_argument("--file", type=Path, help="the list (default: beside the saved chassis)")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
-    verbs.add_parser("list", help="show the list")
+    verbs.add_parser("list", help="show the list, and the marks that the robot names")
     add = verbs.add_parser("add", help="add or replace a mark")
     add.add_argument("name", help="of a place, or of a mark on the chassis's map (--on-chassis)")
     place = add.add_mutually_exclusive_group()
@@ -188,7 +188,9 @@ def run_marks(args: Namespace, out: Output) -> None:
         marks.remove(args.mark)
         marks.save()
         out.line("removed {name}", name=args.mark)
-    known = marks_here(args).values() if args.verb == "list" and args.file is None else marks
+    known: Iterable[UserMark] = marks
+    if args.verb == "list" and args.file is None:
+        known = marks_here(args, robot_marks(args, out)).values()
     listed = sorted(known, key=lambda m: m.name)
     if args.verb == "list":
         _print_marks(listed, out)
@@ -201,8 +203,9 @@ def _print_marks(listed: Sequence[UserMark], out: Output) -> None:
     column = max((width(mark.name) for mark in listed), default=0)
     for mark in listed:
         name = padded(mark.name, max(12, column))
-        shown = "{name} {pose}  {note}" if mark.note else "{name} {pose}"
-        out.line(shown, name=name, pose=mark.pose or say("no pose"), note=mark.note)
+        note = f"{mark.note}  (robot)".strip() if mark.source == "robot" else mark.note
+        shown = "{name} {pose}  {note}" if note else "{name} {pose}"
+        out.line(shown, name=name, pose=mark.pose or say("no pose"), note=note)
 
 
 def _here(args: Namespace, out: Output) -> Pose2D:

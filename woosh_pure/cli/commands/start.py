@@ -21,12 +21,12 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.profile import Profile, forget, load, profile_file, save
 from rosproto.sentence import both, say, sentence_of
 from rosproto.version import __version__
-from woosh_pure.cli.arguments import enum_words
-from woosh_pure.cli.connection import address_of, connect, names
+from woosh_pure.cli.arguments import enum_words, robot_marks
+from woosh_pure.cli.connection import address_of, connect, names, robot_api_of
 from woosh_pure.cli.follow_goal import follow
 from woosh_pure.cli.output import Output
 from woosh_pure.enums import LedState
-from woosh_pure.maps.marks import MarkFile, mark_file
+from woosh_pure.maps.marks import MarkFile, mark_file, with_robot_marks
 
 if TYPE_CHECKING:
     from woosh_pure.doctor.checks import Finding
@@ -203,7 +203,13 @@ def run_doctor(args: Namespace, out: Output) -> int:
     with ExitStack() as stack:
         address, host = address_of(args, out, stack)
         findings = []
-        found = examine(master_uri_of(address), host=host, listen=args.listen, resolve=names(args))
+        found = examine(
+            master_uri_of(address),
+            host=host,
+            listen=args.listen,
+            resolve=names(args),
+            robot_api=robot_api_of(args),
+        )
         for finding in found:
             findings.append(finding)
             out.line(out.cell(finding.level.value, 8), finding.text)
@@ -370,7 +376,9 @@ def run_completion(args: Namespace, out: Output) -> int:
     from woosh_pure.enums import COLOURS
 
     values: dict[str, Callable[[], list[str]]] = {
-        "mark": lambda: MarkFile(mark_file()).names,  # the chassis cannot list its own
+        "mark": lambda: sorted(
+            mark.name for mark in with_robot_marks(MarkFile(mark_file()), robot_marks(args, timeout=0.7))
+        ),
         "state": lambda: enum_words(LedState),
         "color": lambda: list(COLOURS),
     }
