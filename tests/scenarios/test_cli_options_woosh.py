@@ -185,7 +185,7 @@ TELLING = [
     Case("marks list --json", doc(lambda d: {mark["name"] for mark in d} >= {"A1", "W1"})),
     Case("marks remove X9 --json", doc(lambda d: d["ok"] is False), code=1),
     Case("api", has("woosh.robot.Battery", "woosh.map.SceneList")),
-    Case("api Scene {{}} --timeout 1 --api-address 127.0.0.1:1 --json", doc(lambda d: d["exit_code"] == 4), code=4),
+    Case('api SceneData {{"name":"hall"}} --timeout 1 --api-address 127.0.0.1:1 --json', doc(lambda d: d["exit_code"] == 4), code=4),
     Case("led idle --strip base --module 2 --urgency", has("base strip: idle")),
     Case("led warning --color ff8000 --strip shelf --abnormal --json", doc(lambda d: d["color"] == 0xFF8000)),
     Case("led red --json", doc(lambda d: (d["state"], d["color"]) == ("none", 0xFF0000))),
