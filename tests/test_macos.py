@@ -111,6 +111,7 @@ with rosproto.Master() as first, rosproto.Node("/hears", master_uri=first.uri, i
 """)
 
 
+@pytest.mark.slow
 def test_simulated_chassis_in_a_program_that_was_given_256_files() -> None:
     """Eight have more sockets than that: they ask for as many as they need."""
     run("""

@@ -82,6 +82,7 @@ def test_a_full_text_carries_everything(types: dict[str, list[Field]]) -> None:
         assert set(split_full_text(text, name)) == {name, *library.dependencies(name)}
 
 
+@pytest.mark.slow
 @pytest.mark.whole
 @given(libraries(), st.data())
 def test_the_md5sum_follows_the_names_of_fields_at_any_depth(

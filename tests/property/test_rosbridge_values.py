@@ -64,6 +64,7 @@ def as_decoded(message: Any) -> dict[str, Any]:
     return plain
 
 
+@pytest.mark.slow
 @pytest.mark.whole
 @COMMON
 @given(cases())
@@ -108,6 +109,7 @@ FIELDS = sorted(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.whole
 @pytest.mark.promise("nothing it sends raises an exception outside the protocol code")
 @settings(COMMON, max_examples=300)

@@ -46,7 +46,11 @@ def taken(pools: dict[str, RobotPool], name: str) -> Iterator[SimulatedChassis]:
 
 
 @pytest.fixture(
-    params=["1.1.4", "page", *(pytest.param(name, marks=pytest.mark.whole) for name in FIRMWARES[1:-1])]
+    params=[
+        "1.1.4",
+        "page",
+        *(pytest.param(name, marks=[pytest.mark.whole, pytest.mark.slow]) for name in FIRMWARES[1:-1]),
+    ]
 )
 def sim(request: pytest.FixtureRequest, pools: dict[str, RobotPool]) -> Iterator[SimulatedChassis]:
     """One of each firmware."""
