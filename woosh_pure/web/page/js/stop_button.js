@@ -87,7 +87,7 @@ export class StopButton {
     this.waiting.delete(way);
     if (this.begun || this.over) return;
     this.other(mine);
-    if (!this.waiting.has(true) && !this.waiting.has(false)) this.answer({ key: "stop.failed", kind: "bad", icon: "warn", text });
+    if (this.shown && !this.waiting.has(true) && !this.waiting.has(false)) this.answer({ key: "stop.failed", kind: "bad", icon: "warn", text });
   }
 
   // The server's messages over the open connection.
