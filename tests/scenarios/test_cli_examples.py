@@ -44,6 +44,7 @@ class Way:
         code: Exit code.
         first: What is done before, by other commands.
         during: "task": one is started while the command listens.
+        lasts: Seconds that it goes on for, after `until`.
     """
 
     until: str = ""
@@ -54,6 +55,7 @@ class Way:
     code: int = 0
     first: tuple[str, ...] = ()
     during: str = ""
+    lasts: float = 0.0
 
 
 WAYS: dict[str, Way] = {
@@ -73,6 +75,7 @@ WAYS: dict[str, Way] = {
     "woosh task pause": Way(shows="pause", during="task"),
     "woosh record -O drive.bag --duration 10m": Way(
         until="recording",
+        lasts=3.0,  # exit code 1 while a topic has sent nothing
         writes=("drive.bag",),
     ),
     "woosh --sim web": Way(until="openapi.json", more=("--port", "0", "--no-browser"), code=130),
@@ -212,7 +215,7 @@ def test_an_example_of_help_does_what_it_promises(
             result = run_until(lambda _: twists.latest is not None, prog, words)
             assert twists.latest.linear.x == 0.1
     elif way.until:
-        result = run_until(lambda shown: way.until in shown, prog, [*words, *way.more])
+        result = run_until(lambda shown: way.until in shown, prog, [*words, *way.more], way.lasts)
         assert way.until in result.out + result.err
     else:
         with task_begun(sim) if way.during else contextlib.nullcontext():

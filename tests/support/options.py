@@ -17,6 +17,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -230,7 +231,7 @@ def run_apart(prog: str, words: Sequence[str], stdin: str = "") -> Result:
     return Result(done.returncode, done.stdout, done.stderr)
 
 
-def run_until(when: Callable[[str], object], prog: str, words: Sequence[str]) -> Result:
+def run_until(when: Callable[[str], object], prog: str, words: Sequence[str], lasts: float = 0.0) -> Result:
     """Run a command that goes on in a process of its own, and press Ctrl-C as soon as something holds.
 
     In this process the signal could meet pytest, before the command has begun or when it has ended.
@@ -239,6 +240,7 @@ def run_until(when: Callable[[str], object], prog: str, words: Sequence[str]) ->
         when: Called with what the command has printed so far.
         prog: "rosproto" or "woosh".
         words: The rest of the command line.
+        lasts: Seconds to wait after it holds.
     """
     with ExitStack() as stack:
         out, err = (stack.enter_context(tempfile.TemporaryFile("w+", encoding="utf-8")) for _ in range(2))
@@ -258,6 +260,7 @@ def run_until(when: Callable[[str], object], prog: str, words: Sequence[str]) ->
             60.0,
             lambda: f"{prog} {shlex.join(words)}:\n{written(out)}{written(err)}",
         )
+        time.sleep(lasts)
         process.send_signal(signal.SIGINT)
         return Result(process.wait(60.0), written(out), written(err))
 
