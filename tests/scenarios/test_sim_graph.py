@@ -221,8 +221,7 @@ def test_a_master_that_restarts_in_the_middle_of_a_task_is_not_noticed(sim, chas
 def test_a_master_that_restarts_does_not_end_a_velocity_block(sim, chassis, until):
     """What is connected goes on without a master."""
     with chassis.velocity(bypasses_protection=True) as drive:
-        drive.set(0.1, valid_for=5.0)
-        until(lambda: sim.world.body.velocity.vx > 0.02)
+        until(lambda: drive.set(0.1, valid_for=5.0) or sim.world.body.velocity.vx > 0.02)
         sim.restart_master()
         drive.hold(0.05, seconds=2.0)
         assert drive.active

@@ -42,6 +42,7 @@ FROM_ZERO = frozenset(
         "--capacity",
         "--delay",
         "--duration",  # of a bag: none of it
+        "--ends-with",  # a file of the system
         "--for",
         "--id",
         "--listen",
@@ -52,6 +53,7 @@ FROM_ZERO = frozenset(
         "--passage",
         "--port",  # a free one
         "--rate-control-max-delay",
+        "--robot-api",  # a free port
         "--seconds",  # of tf
         "--skip-empty",
         "--start",
