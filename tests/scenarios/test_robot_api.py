@@ -282,6 +282,7 @@ def test_the_emergency_stop_is_a_bit_an_event_and_unresolved(client: ApiClient, 
     with ApiClient(world.server.url) as late:
         asked_until(late, ROBOT + "DeviceState", hardware=EMERGENCY_STOP)
         asked_until(late, ROBOT + "OperationState", robot=0)
+        until(lambda: late.ask(COUNT + "AbnormalCodes")["scs"])  # its topic may come later than the state's
         (code,) = late.ask(COUNT + "AbnormalCodes")["scs"]
         assert (code["code"], code["level"]) == ("110201000013", 3)
         assert code["time"].isdecimal()
@@ -458,3 +459,28 @@ def test_a_publisher_of_another_type_tells_nothing(caplog: pytest.LogCaptureFixt
         with RobotApiServer(node, port=0) as server, ApiClient(server.url) as client:
             until(lambda: "/odd publishes std_msgs/String, not woosh_msgs/Battery" in caplog.text)
             assert "not known here" in client.answer({"type": ROBOT + "Battery"})["msg"]
+
+
+def test_a_fault_that_comes_again_after_its_module_was_cleared_is_a_new_event() -> None:
+    """A code that is only repeated is not; the end of a module ends the faults of its submodules."""
+    from rosproto import Master
+
+    fault, end_of_module = 140201000022, 140200000000
+    with (
+        Master() as master,
+        Node("robot", master_uri=master.uri, rosout=False) as robot,
+        Node("api", master_uri=master.uri, rosout=False) as node,
+        RobotApiServer(node, port=0) as server,
+        ApiClient(server.url) as client,
+    ):
+        publisher = robot.publisher("/status_code", "std_msgs/UInt64")
+        publisher.wait_for_connection()
+        for code in (fault, fault, end_of_module, fault):
+            publisher.publish(data=code)
+        until(lambda: len(client.ask(COUNT + "StatusCodes")["scs"]) >= 3)
+        assert [one["code"] for one in client.ask(COUNT + "StatusCodes")["scs"]] == [
+            str(fault),
+            str(end_of_module),
+            str(fault),
+        ]
+        assert [one["code"] for one in client.ask(COUNT + "AbnormalCodes")["scs"]] == [str(fault)]

@@ -141,10 +141,10 @@ class ApiState(GatewayState):
     def _keep_event(self, part: Values) -> None:
         """Push a status code as an event, and keep it. One that is only repeated is the same event."""
         code = self._faults.receive(part["code"])
-        known = self._last_codes.get(code.source) == code.code
-        self._last_codes[code.source] = code.code
-        if known:
+        repeated = self._last_codes.get(code.source) == code.code
+        if repeated and (not code.is_fault or code.code in self._active):
             return
+        self._last_codes[code.source] = code.code
         task, state = self._known(ROBOT + "TaskProc", {}), self._known(ROBOT + "RobotState", {}) or {}
         event = {**part, "time": time.time_ns() // 1_000_000, **state}
         if task is not None and TaskState(task["state"]).is_under_way:
