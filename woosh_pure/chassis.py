@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from types import TracebackType
@@ -122,6 +123,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         folders = [*msg_path, *(learned_paths() if learned else ())]
         names = HostNames(resolve).given
         self._robot_api: RobotApi | None = None
+        self._making_api = threading.Lock()
         self._robot_api_at, self._names = robot_api, names
         if isinstance(robot_api, str):
             self._robot_api = self._new_robot_api()  # an invalid address is refused here
@@ -225,7 +227,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
             for mark in chassis.robot_api.marks():
                 print(mark.name, mark.pose)
         """
-        with self._components.connection.making:
+        with self._making_api:
             if self._robot_api is None:
                 self._robot_api = self._new_robot_api()
             return self._robot_api

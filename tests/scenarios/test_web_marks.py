@@ -55,7 +55,7 @@ def test_a_mark_is_renamed_moved_and_taken_off(web: Served, file: MarkFile) -> N
     assert web.post("marks", {"name": "A", "x": 1.0, "y": 2.0, "yaw": 1.5}).status == 201
     renamed = web.ask("PATCH", "marks/A", {"name": "仓库", "charger": True}).json
     assert renamed == {
-        "name": "仓库", "x": 1.0, "y": 2.0, "yaw": 1.5, "theta": 1.5, "charger": True, "note": "", "on_chassis": False,
+        "name": "仓库", "x": 1.0, "y": 2.0, "yaw": 1.5, "theta": 1.5, "charger": True, "note": "", "on_chassis": False, "source": "list",
     }  # fmt: skip
     moved = web.ask("PATCH", "marks/%E4%BB%93%E5%BA%93", {"x": 3.0, "y": 2.0}).json
     assert (moved["x"], moved["yaw"]) == (3.0, 1.5), "where it looks stays"

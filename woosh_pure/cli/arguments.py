@@ -15,7 +15,7 @@ from rosproto.files import write_file
 from rosproto.sentence import Sentence, say
 from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D, normalize_angle
-from woosh_pure.maps.marks import UserMark, own_marks, reported_marks, with_marks
+from woosh_pure.maps.marks import UserMark, own_marks, reported_marks, with_marks, with_robot_marks
 
 if TYPE_CHECKING:
     from woosh_pure.feed.feed import Feed

@@ -35,7 +35,15 @@ if TYPE_CHECKING:
 
 PAGE = Path(__file__).parent / "page"
 _ROBOT = (
-    *(readings.state, commands.goals, stop.router, readings.maps, readings.pictures, readings.feeds),
+    *(
+        readings.state,
+        commands.goals,
+        stop.router,
+        readings.maps,
+        readings.scenes,
+        readings.pictures,
+        readings.feeds,
+    ),
     *(readings.journal, marks.router, commands.lease, commands.recordings, session.viewers),
     commands.simulator,
 )

@@ -54,6 +54,7 @@ COMMANDS = {
     "delete_mark": "delete mark {mark}",
     "take_over": "take over from {holder}",
     "simulate": "change the simulation: {changes}",
+    "switch_map": "switch to the map {map} of {scene}",
 }
 
 

@@ -17,7 +17,7 @@ from rosproto.errors import (
 from rosproto.logs import get_logger
 from rosproto.sentence import Sentence, say, sentence_of, shown
 from rosproto.text import printable
-from woosh_pure.errors import ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
+from woosh_pure.errors import ApiRefused, ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
 from woosh_pure.language import translated
 from woosh_pure.web.snapshot import plain, reasons_part, said_part
 
@@ -75,6 +75,7 @@ KINDS: tuple[tuple[type[Exception], int, str], ...] = (
     (RosTimeout, 504, "timeout"),
     (ConnectionLost, 503, "connection-lost"),
     (ServiceError, 502, "service-error"),
+    (ApiRefused, 409, "api-refused"),
     (ChassisError, 502, "chassis-error"),
     (BagError, 503, "bag-error"),
     (RosError, 502, "ros-error"),

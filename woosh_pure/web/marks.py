@@ -1,7 +1,7 @@
 """The list of marks of a server, from objects or from a file that it reads and writes.
 
-The chassis cannot list its own marks. A goal for a saved mark drives to its pose; it uses the chassis's own
-task only if the mark is declared as one of the chassis's map.
+The robot names its own marks by its Robot API, if it has one (`woosh_pure/web/robot_site.py`). A goal for a
+saved mark drives to its pose; it uses the chassis's own task only if the mark is one of the chassis's map.
 """
 
 from __future__ import annotations
@@ -33,6 +33,7 @@ def mark_part(mark: UserMark) -> dict[str, object]:
         "charger": mark.charger,
         "note": printable(mark.note),
         "on_chassis": mark.on_chassis,
+        "source": mark.source,
     }
 
 

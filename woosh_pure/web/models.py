@@ -278,6 +278,13 @@ class PoseRequest(Place):
     """Where the robot stands, in the map."""
 
 
+class SwitchMapRequest(Request):
+    """Which of its maps the robot is to use; without `map` it chooses one of the scene."""
+
+    scene: Annotated[str, Field(min_length=1, max_length=200)]
+    map: Annotated[str, Field(max_length=200)] = ""
+
+
 class StopRequest(Request):
     """What a stop includes."""
 
@@ -484,6 +491,39 @@ class Mark(Heading):
     charger: bool
     note: str
     on_chassis: bool
+    source: Annotated[Literal["list", "robot"], Field(description="robot: named by itself, read only")]
+
+
+class Zone(Answer):
+    """An area of the robot's map with rules of its own."""
+
+    kind: str
+    max_speed: Annotated[float | None, Field(description="m/s; null without a limit of its own")]
+    points: list[list[float]]
+
+
+class SceneEntry(Answer):
+    """A scene of the robot: one or more maps."""
+
+    name: str
+    maps: list[str]
+
+
+class Scenes(Answer):
+    """The robot's maps: the one in use and its zones, and all that it has. Empty without a Robot API."""
+
+    scene: str | None
+    map: str | None
+    scenes: list[SceneEntry]
+    zones: list[Zone]
+
+
+class SwitchedMap(Answer):
+    """The map in use after a switch. `localised` is null if the robot does not say."""
+
+    scene: str
+    map: str
+    localised: bool | None
 
 
 class MapFacts(Answer):

@@ -14,6 +14,7 @@ from rosproto.codec import DynamicMessage
 from rosproto.sentence import say
 from woosh_pure.chassis import Chassis, components_of
 from woosh_pure.feed.feed import Feed
+from woosh_pure.maps.marks import UserMark, with_robot_marks
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.values.state import Image
 from woosh_pure.web.access import Client
@@ -24,6 +25,7 @@ from woosh_pure.web.live.manual_drive import ManualDrive
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import MarkList
 from woosh_pure.web.recordings import RecordingManager
+from woosh_pure.web.robot_site import RobotSite
 from woosh_pure.web.snapshot import LISTENED, NewestReadings
 
 if TYPE_CHECKING:
@@ -88,7 +90,8 @@ class Robot:
     Attributes:
         name: The robot's name in the paths of the API.
         chassis: The Chassis; the caller opens and closes it.
-        marks: The server's list of marks; the chassis cannot list its own.
+        marks: The server's list of marks.
+        site: What the robot itself names: marks, maps, zones, outline.
         journal, goals, idempotent_answers, manual_drive, map, cameras, costmap, recordings: See their
             classes.
         simulator: The simulated chassis behind `chassis`; None for a real robot.
@@ -110,6 +113,7 @@ class Robot:
         self.idempotent_answers = IdempotentAnswers()
         self.manual_drive = ManualDrive(chassis)
         self.map = MapCache(chassis)
+        self.site = RobotSite(chassis)
         self.cameras = {source: SharedFeed[Image](chassis, row) for source, row in CAMERAS.items()}
         self.costmap = SharedFeed[DynamicMessage](chassis, COSTMAP)
         self.recordings = RecordingManager(chassis, recordings)
@@ -138,6 +142,18 @@ class Robot:
         if self.unreachable:
             text = "not connected to the robot yet, as when it is switched off: {why}"
             raise Problem(503, text, "not-connected", why=self.unreachable)
+
+    def all_marks(self, wait: float = 0.0) -> list[UserMark]:
+        """The marks of the server's list and those of the robot; `wait` is that of `RobotSite.known`.
+
+        Raises:
+            Problem: The list cannot be read now.
+        """
+        return with_robot_marks(self.marks.all(), self.site.known(wait).marks)
+
+    def find_mark(self, name: str) -> UserMark | None:
+        """The mark of that name; None if there is none. Never waits for the robot."""
+        return next((mark for mark in self.all_marks() if mark.name == name), None)
 
     def feed(self, name: str) -> Feed[Any]:
         """A feed of the chassis."""

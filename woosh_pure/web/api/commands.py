@@ -84,7 +84,7 @@ def create_goal(
 
 def _begin(robot: Robot, client: Client, body: models.GoalRequest) -> dict[str, object]:
     robot.require_lease(client)
-    mark = robot.marks.find(body.mark) if isinstance(body, models.AtMark) else None
+    mark = robot.find_mark(body.mark) if isinstance(body, models.AtMark) else None
     key = body.direction if isinstance(body, models.CarryGoal) else body.kind
     what = command(key, **body.model_dump(exclude={"kind", "direction", "timeout", "replace"}))
     pose = robot.feed("pose").known

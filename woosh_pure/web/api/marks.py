@@ -16,6 +16,7 @@ from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.marks import mark_part
 from woosh_pure.web.robot import Robot
+from woosh_pure.web.robot_site import FIRST_SECONDS
 
 router = APIRouter(tags=["marks"], responses=PROBLEMS)
 _CHANGES = problems(409)
@@ -26,8 +27,8 @@ _NAME = Path(max_length=200, description="name of a mark of this list")
 
 @router.get("/marks", response_model=list[models.Mark])
 def get_marks(request: Request) -> list[dict[str, object]]:
-    """The marks that this server knows: the chassis cannot list its own."""
-    return [mark_part(mark) for mark in robot_of(request).marks.all()]
+    """The marks of this server's list, and those that the robot itself names, which are read only."""
+    return [mark_part(mark) for mark in robot_of(request).all_marks(FIRST_SECONDS)]
 
 
 @router.post("/marks", status_code=201, response_model=models.Mark, responses={**CREATED, **_CHANGES})
@@ -44,7 +45,8 @@ def create_mark(body: models.MarkRequest, request: Request, response: Response) 
 @router.get("/marks/{mark:path}", response_model=models.Mark)
 def get_mark(request: Request, mark: str = _NAME) -> dict[str, object]:
     """One mark by its name."""
-    return mark_part(robot_of(request).marks.get(mark))
+    robot = robot_of(request)
+    return mark_part(robot.find_mark(mark) or robot.marks.get(mark))
 
 
 @router.patch("/marks/{mark:path}", response_model=models.Mark, responses=_CHANGES)

@@ -20,11 +20,20 @@ from woosh_pure.feed.feed import PICTURES
 from woosh_pure.feed.feed import Feed as ChassisFeed
 from woosh_pure.maps.gridmap import grid_from_message
 from woosh_pure.web import models
-from woosh_pure.web.api.dependencies import PROBLEMS, connected, context_of, problems, robot_of
+from woosh_pure.web.api.dependencies import (
+    PROBLEMS,
+    check_command,
+    connected,
+    context_of,
+    problems,
+    robot_of,
+)
 from woosh_pure.web.camera import COSTMAP, jpeg_of
 from woosh_pure.web.context import WebContext
+from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import Problem, worded
 from woosh_pure.web.live import robot_state
+from woosh_pure.web.robot_site import FIRST_SECONDS
 from woosh_pure.web.snapshot import ages, faults_part, plain, pose_part, readiness_part, text_of
 
 # -- the state, the journal, and the robots of this server --------------------------------------------
@@ -243,6 +252,30 @@ def get_map_png(request: Request) -> Response:
 def get_map_yaml(request: Request) -> Response:
     """The map's YAML file for map_server; it names map.png as the image."""
     return Response(robot_of(request).map.get().yaml(), media_type="application/yaml")
+
+
+scenes = APIRouter(tags=["map"], responses=PROBLEMS)
+
+
+@scenes.get("/scenes", response_model=models.Scenes)
+def get_scenes(request: Request) -> dict[str, object]:
+    """The robot's maps by name, and the zones of the one in use; empty for a robot without a Robot API."""
+    return robot_of(request).site.known(FIRST_SECONDS).as_json()
+
+
+@scenes.post("/scenes/current", response_model=models.SwitchedMap, responses=problems(409))
+def switch_map(body: models.SwitchMapRequest, request: Request) -> dict[str, object]:
+    """Let the robot use another of its maps, and wait until it does. It may then not be localised."""
+    robot, client = check_command(request, connected=False)
+    what = command("switch_map", scene=body.scene, map=body.map)
+    entry = robot.journal.begin(client.name, what)
+    try:
+        now = robot.site.switch(body.scene, body.map)
+    except Exception as error:
+        robot.journal.end(entry, "failed", str(error))
+        raise
+    robot.journal.end(entry, "done", f"localised: {now.localised}")
+    return {"scene": now.name, "map": now.current_map, "localised": now.localised}
 
 
 @maps.get("/plan", response_model=models.Points)

@@ -22,7 +22,7 @@ MAX_ENTRIES = 50
 NOTHING_READ, SEND_SECONDS = 15.0, 10.0
 """Seconds after which a page that acknowledges nothing, or accepts nothing, is disconnected."""
 _AT_ONCE = ("lost",)
-_ORDER = ("scan", "state", "map", "marks", "plan", "obstacles", "journal")
+_ORDER = ("scan", "state", "map", "marks", "site", "plan", "obstacles", "journal")
 _BINARY = ("color", "depth", "costmap")
 
 

@@ -29,7 +29,8 @@ from woosh_pure.web.live import robot_state
 from woosh_pure.web.live.frames import camera_frame, costmap_frames, scan_frame
 from woosh_pure.web.marks import mark_part
 from woosh_pure.web.robot import ALSO_SHOWN, Robot
-from woosh_pure.web.snapshot import NewestReadings, ages, pose_part, state_parts, text_of
+from woosh_pure.web.robot_site import SiteFacts
+from woosh_pure.web.snapshot import NewestReadings, ages, points_part, pose_part, state_parts, text_of
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -169,8 +170,13 @@ class Hub:
         """Request the slower parts in a thread, a few times a second."""
         robot = self.robot
         shown: list[UserMark] | None = None
+        named: SiteFacts | None = None
         while True:
-            marks = await self._in_thread(robot.marks.all, asks_robot=False)
+            if (site := robot.site.known()) is not named:
+                named = site
+                outline = points_part(site.outline.points if site.outline else ())
+                self.put("site", text_of({"t": "site", **site.as_json(), "outline": outline}))
+            marks = await self._in_thread(robot.all_marks, asks_robot=False)
             if marks is not None and marks != shown:
                 shown = marks
                 self.put("marks", text_of({"t": "marks", "marks": [mark_part(mark) for mark in marks]}))

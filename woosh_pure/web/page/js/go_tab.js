@@ -4,6 +4,7 @@ import { ask, dismiss, recheck } from "./confirm.js";
 import { button, byId, el, fill, show } from "./dom.js";
 import { degrees, inDegrees, number, onLanguage, t } from "./i18n.js";
 import { MarkList } from "./mark_list.js";
+import { MapChoice } from "./robot_map.js";
 import { answerOf, isLost } from "./pose_confirmation.js";
 import { hindrance, placeHindrance } from "./reason_words.js";
 import { keep, kept } from "./storage.js";
@@ -17,6 +18,7 @@ export class GoTab {
     Object.assign(this, { store, rest, map, lease });
     this.root = byId("tab-go");
     this.marks = new MarkList({ store, rest, go: this });
+    this.maps = new MapChoice({ store, rest, lease });
     this.known = kept(KNOWN) !== null; // no hint for a person who has started a goal before
     map.onmark = (mark) => this.askMark(mark);
     store.on("readiness lost", recheck);
@@ -30,6 +32,7 @@ export class GoTab {
     show(this.first, this.marks.all.length > 0 && !this.known);
     fill(
       this.root,
+      this.maps.root,
       this.marks.root,
       this.first,
       el("div", { class: "actions" },

@@ -8,7 +8,7 @@ const PI2 = 2 * Math.PI;
 export function paintOf(element) {
   const style = getComputedStyle(element);
   const paint = {};
-  for (const name of ["robot", "robot-old", "robot-edge", "scan", "plan", "trail", "mark", "charger", "place", "label", "halo"]) {
+  for (const name of ["robot", "robot-old", "robot-edge", "scan", "plan", "trail", "mark", "charger", "place", "zone", "label", "halo"]) {
     paint[name] = style.getPropertyValue(`--draw-${name}`).trim();
   }
   paint.font = `600 13px ${style.fontFamily}`;
@@ -126,20 +126,27 @@ function label(context, paint, text, px, py) {
   context.fillText(text, px, py);
 }
 
-// The robot's outline as the current path: the chassis does not report it. Not smaller than MIN_SYMBOL_PIXELS.
-function outline(context, view) {
+// The robot's outline as the current path: a circle unless the robot names it. Not smaller than MIN_SYMBOL_PIXELS.
+function outline(context, view, corners) {
   context.beginPath();
-  context.arc(0, 0, Math.max(0.3 * view.scale, MIN_SYMBOL_PIXELS / 2), 0, PI2);
+  if (!corners?.length) {
+    context.arc(0, 0, Math.max(0.3 * view.scale, MIN_SYMBOL_PIXELS / 2), 0, PI2);
+    return;
+  }
+  const least = Math.min(...[0, 1].map((at) => Math.max(...corners.map((one) => Math.abs(one[at])))));
+  const scale = Math.max(view.scale, MIN_SYMBOL_PIXELS / 2 / Math.max(least, 0.01));
+  corners.forEach(([x, y]) => context.lineTo(x * scale, -y * scale));
+  context.closePath();
 }
 
 // A light and a dark edge: one of them contrasts with any background.
-export function drawRobot(context, view, paint, pose, old) {
+export function drawRobot(context, view, paint, pose, old, corners) {
   if (!pose) return;
   const [px, py] = view.toScreen(pose.x, pose.y);
   context.save();
   context.translate(px, py);
   context.rotate(-pose.yaw);
-  outline(context, view);
+  outline(context, view, corners);
   context.lineJoin = "round";
   context.lineWidth = 7;
   context.strokeStyle = paint.halo;
@@ -167,13 +174,13 @@ function arrow(context, size, colour) {
 }
 
 // The pose being placed: a translucent robot with its heading.
-export function drawPlacing(context, view, paint, place) {
+export function drawPlacing(context, view, paint, place, corners) {
   if (!place) return;
   const [px, py] = view.toScreen(place.x, place.y);
   context.save();
   context.translate(px, py);
   context.rotate(-place.yaw);
-  outline(context, view);
+  outline(context, view, corners);
   context.strokeStyle = paint.place;
   context.lineWidth = 2.5;
   context.setLineDash([6, 4]);

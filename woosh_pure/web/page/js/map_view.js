@@ -9,6 +9,7 @@ import { hint } from "./map_hint.js";
 import { degrees, number, onLanguage, t } from "./i18n.js";
 import * as layers from "./map_layers.js";
 import { seconds } from "./live_connection.js";
+import { drawZones } from "./robot_map.js";
 import { Trail } from "./time_series.js";
 import { scaleBar, MapViewport } from "./map_viewport.js";
 
@@ -39,7 +40,7 @@ export class MapView {
 
   listen() {
     const { store } = this;
-    store.on("plan marks obstacles scan lost", () => this.change());
+    store.on("plan site marks obstacles scan lost", () => this.change());
     store.on("pose", (pose) => this.takePose(pose));
     store.on("ground", () => this.takeGround());
     store.on("closer", (on) => (on ? this.closer() : this.fit()));
@@ -223,13 +224,15 @@ export class MapView {
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.clearRect(0, 0, view.width, view.height);
     this.ground.draw(context, view);
+    const site = store.get("site");
+    drawZones(context, view, paint, site?.zones);
     layers.drawPlan(context, view, paint, store.get("plan"));
     layers.drawTrail(context, view, paint, this.trail);
     layers.drawObstacles(context, view, paint, store.get("obstacles"));
     layers.drawScan(context, view, paint, store.get("scan"), old("scan"));
     layers.drawMarks(context, view, paint, store.get("marks"), this.chosen, this.canvas.parentElement.querySelector(".tools"));
-    layers.drawRobot(context, view, paint, store.get("pose"), old("pose"));
-    layers.drawPlacing(context, view, paint, this.place);
+    layers.drawRobot(context, view, paint, store.get("pose"), old("pose"), site?.outline);
+    layers.drawPlacing(context, view, paint, this.place, site?.outline);
     this.texts();
   }
 

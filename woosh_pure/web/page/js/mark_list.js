@@ -80,7 +80,7 @@ export class MarkList {
         el("span", { class: `dot ${charger ? "charger" : ""}` }, icon(charger ? "charge" : "go")),
         el("span", { class: "grow" }, el("strong", {}, mark.name), el("span", { class: "quiet" }, about), el("br"), away),
         el("span", { class: "go" }, t("go.go"))),
-      button("…", () => this.edit(mark), { kind: "plain", "aria-label": t("marks.edit", { name: mark.name }) }));
+      mark.source === "robot" ? null : button("…", () => this.edit(mark), { kind: "plain", "aria-label": t("marks.edit", { name: mark.name }) }));
   }
 
   other(name) {

@@ -18,6 +18,7 @@ const KINDS = {
   plan: (store, message) => store.set("plan", list(message.points)),
   obstacles: (store, message) => store.set("obstacles", list(message.circles)),
   marks: (store, message) => store.set("marks", list(message.marks)),
+  site: (store, message) => store.set("site", { ...message, scenes: list(message.scenes), zones: list(message.zones) }),
   map: (store, message) => store.set("map", shapes.mapFacts(message)),
   lease: (store, message) => store.set("lease", message),
   drive: (store, message) => store.set("drive", message),

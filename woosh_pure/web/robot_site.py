@@ -1,0 +1,120 @@
+"""What one robot names by its Robot API, for the page: its marks, maps, zones and outline.
+
+It is asked in a thread of its own, one at a time and only while somebody wants to know, because a robot may
+answer slowly or not at all. Nobody who looks at the robot's ROS side waits for it.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from rosproto.errors import RosError
+from rosproto.logs import get_logger
+from rosproto.text import printable
+from woosh_pure.chassis import Chassis
+from woosh_pure.errors import ApiRefused
+from woosh_pure.maps.marks import UserMark
+from woosh_pure.robot_api.values import Outline, Scene, Zone
+from woosh_pure.web.snapshot import points_part
+
+T = TypeVar("T")
+FRESH, FIRST_SECONDS = 5.0, 2.0
+"""Seconds after which the robot is asked again; and how long a first request waits for its answer."""
+_logger = get_logger("woosh_pure.web")
+
+
+@dataclass(frozen=True, slots=True)
+class SiteFacts:
+    """What the robot has named, and the marks and zones of its map; empty without a Robot API."""
+
+    scene: Scene | None = None
+    scenes: tuple[Scene, ...] = ()
+    marks: tuple[UserMark, ...] = ()
+    zones: tuple[Zone, ...] = ()
+    outline: Outline | None = None
+
+    def as_json(self) -> dict[str, object]:
+        """Maps and zones as the API sends them."""
+        scene = self.scene
+        return {
+            "scene": scene and printable(scene.name),
+            "map": scene and printable(scene.current_map),
+            "scenes": [{"name": each.name, "maps": list(each.maps)} for each in self.scenes],
+            "zones": [
+                {"kind": zone.kind, "max_speed": zone.max_speed, "points": points_part(zone.polygon)}
+                for zone in self.zones
+            ],
+        }
+
+
+class RobotSite:
+    """Asks one robot, and keeps what it has named. From any thread."""
+
+    def __init__(self, chassis: Chassis) -> None:
+        self._chassis = chassis
+        self._lock = threading.Lock()
+        self._facts = SiteFacts()
+        self._due = 0.0
+        self._asked = threading.Event()
+
+    def known(self, wait: float = 0.0) -> SiteFacts:
+        """What is known; asks the robot again, in a thread, if that is old.
+
+        Args:
+            wait: Seconds for the first answer; nobody waits for a later one.
+        """
+        with self._lock:
+            if time.monotonic() >= self._due:
+                threading.Thread(target=self._ask, name="woosh:web robot api", daemon=True).start()
+                self._due = math.inf
+        self._asked.wait(wait)
+        return self._facts
+
+    def switch(self, scene: str, name: str) -> Scene:
+        """Let the robot use another map; blocks until it does. See `RobotApi.switch_map`."""
+        try:
+            return self._chassis.robot_api.switch_map(scene, name)
+        finally:
+            self._ask_after(0.0)
+
+    def _ask(self) -> None:
+        try:
+            self._facts = self._news()
+        except RosError as error:
+            _logger.debug("= nothing by the Robot API: %s", error)
+        finally:
+            self._ask_after(FRESH)
+            self._asked.set()
+
+    def _ask_after(self, seconds: float) -> None:
+        with self._lock:
+            self._due = time.monotonic() + seconds
+
+    def _news(self) -> SiteFacts:
+        api, facts = self._chassis.robot_api, self._facts
+        scene = api.scene()
+        if scene != facts.scene:  # its version counts uploads
+            here = ("", scene.current_map)
+            marks = [mark for mark in _if_offered(api.marks, []) if mark.map in here]
+            zones = [zone for zone in _if_offered(api.zones, []) if zone.map in here]
+            facts = SiteFacts(
+                scene,
+                tuple(_if_offered(api.scenes, [])),
+                tuple(mark.as_user_mark() for mark in marks),
+                tuple(zones),
+            )
+        return replace(facts, outline=_if_offered(api.outline, None))
+
+
+def _if_offered(ask: Callable[[], T], otherwise: T) -> T:
+    """Ask for what an older robot may refuse."""
+    try:
+        return ask()
+    except ApiRefused as refused:
+        _logger.debug("= %s", refused)
+        return otherwise
