@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import threading
 from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from tests.support.robot_api_peer import ANSWERS, PASSWORD, ApiPeer
-from woosh_pure import SimulatedChassis
+from rosproto.errors import RosError
+from tests.support.robot_api_peer import ANSWERS, PASSWORD, ApiPeer, endless, half, silent
+from tests.support.waiting import until
+from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli import main
 from woosh_pure.maps.marks import MarkFile, mark_file
+from woosh_pure.outcome import OutcomeKind
+from woosh_pure.robot_api import http
 
 pytestmark = pytest.mark.usefixtures("private_config")
 
@@ -126,3 +132,44 @@ def test_the_doctor_says_what_it_found(
         findings = json.loads(capsys.readouterr().out)["findings"]
         found = next(finding for finding in findings if finding["check"] == "robot_api")
         assert (found["level"], text in found["text"]) == (level, True), found
+
+
+LIES: dict[str, Any] = {
+    "silent": silent,
+    "endless": endless,
+    "another protocol": lambda *_: b"SSH-2.0\r\n\r\n",
+    "dies in between": half,
+    "another schema": {"state": {"text": []}},
+}
+
+
+@pytest.mark.promise("Robot API (port 5480) is slow, wrong or silent")
+@pytest.mark.parametrize("kind", LIES)
+def test_ros_goes_on_beside_a_robot_api_that_is_silent_or_lies(
+    sim: SimulatedChassis, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A thread asks it again and again, without a pause, while the verbs do what they always do; none of them asks."""
+    monkeypatch.setattr(http, "PAUSE_SECONDS", 0.0)
+    over = threading.Event()
+
+    def ask() -> None:
+        while not over.is_set():
+            with contextlib.suppress(RosError):
+                chassis.robot_api.marks()
+
+    with ApiPeer({"woosh.robot.RobotState": LIES[kind]}) as peer:
+        with Chassis(sim.master_uri, robot_api=peer.address) as chassis:
+            assert not chassis.wait_until_ready(timeout=20.0).blocked
+            assert peer.connections == 0, "readiness asks ROS only"
+            asker = threading.Thread(target=ask)
+            asker.start()
+            until(lambda: peer.requests)
+            assert chassis.move(0.2).wait(timeout=60.0).arrived
+            assert chassis.go_to_mark("A2").cancel().kind is OutcomeKind.CANCELLED
+            with chassis.velocity(bypasses_protection=True) as drive:
+                drive.hold(0.1, seconds=0.5)
+            assert chassis.stop().standing
+            assert set(peer.requests) == {"RobotState"}, "no verb asks it"
+            over.set()
+        asker.join(20.0)
+        assert not asker.is_alive(), "closing the Chassis ends the question"

@@ -110,6 +110,7 @@ def test_a_switch_that_the_robot_refuses_has_its_words(web: Served, peer: ApiPee
     assert web.get("journal").json[-1]["state"] == "failed"
 
 
+@pytest.mark.promise("`chassis.robot_api.switch_map`, another map chosen")
 def test_the_map_is_not_switched_while_a_goal_is_under_way(web: Served, peer: ApiPeer) -> None:
     assert web.post("goals", {"kind": "move", "distance": 1.0}).status == 201
     refused = web.post("scenes/current", {"scene": "yard"})
@@ -127,7 +128,7 @@ def test_a_robot_without_one_is_as_before(sim: SimulatedChassis) -> None:
             assert page.of("site")["outline"] == []
 
 
-@pytest.mark.promise("A robot whose Robot API is slow, wrong or silent delays nothing of ROS")
+@pytest.mark.promise("Robot API (port 5480) is slow, wrong or silent")
 def test_the_page_of_a_robot_whose_robot_api_never_answers_is_as_before(sim: SimulatedChassis) -> None:
     """The first question is still without an answer when all else is shown and a goal is under way."""
     asked, answer = threading.Event(), threading.Event()

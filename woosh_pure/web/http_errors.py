@@ -162,6 +162,8 @@ def _facts(error: Exception) -> dict[str, object]:
     facts: dict[str, object] = {}
     if isinstance(error, MotionRefused):
         facts.update(reasons=reasons_part(error.reasons), said=said_part(error.robot_text))
+    elif isinstance(error, ApiRefused):
+        facts.update(said=said_part(error.robot_text))
     elif isinstance(error, StaleState):
         facts.update(topic=error.topic, age=error.age)
     elif isinstance(error, FirmwareLimit):

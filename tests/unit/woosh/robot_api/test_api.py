@@ -83,7 +83,7 @@ def test_statistics_read_all_pages_of_tasks() -> None:
         assert [body.get("taskPage", 0) for _, body in peer.asked[1:]] == [0, 1, 2]
 
 
-@pytest.mark.promise("The Robot API is only read")
+@pytest.mark.promise("a request by `chassis.robot_api` or `woosh api`")
 def test_what_moves_the_robot_is_never_sent_by_a_raw_request() -> None:
     """The verbs know how to stop it; a raw request does not."""
     with ApiPeer() as peer:
@@ -196,6 +196,7 @@ def test_a_switch_is_refused_while_the_robot_is_busy_and_nothing_is_sent() -> No
         assert "SwitchMap" not in peer.requests
 
 
+@pytest.mark.promise("`chassis.robot_api.switch_map`, another map chosen")
 @pytest.mark.usefixtures("quick")
 def test_a_switch_needs_a_free_base() -> None:
     def drive_is_open(what: str) -> None:
