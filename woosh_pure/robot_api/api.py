@@ -18,28 +18,8 @@ from rosproto.text import near_names
 from rosproto.transport import Deadline, HostNames, parse_uri
 from woosh_pure.enums import RobotState
 from woosh_pure.errors import ChassisError, MotionRefused
-from woosh_pure.robot_api import wire
+from woosh_pure.robot_api import values, wire
 from woosh_pure.robot_api.http import ApiRequests, api_address
-from woosh_pure.robot_api.values import (
-    DeviceFacts,
-    Outline,
-    RobotEvent,
-    RobotIdentity,
-    RobotMark,
-    Scene,
-    Statistics,
-    TaskRecord,
-    Zone,
-    event_of,
-    facts_of,
-    identity_of,
-    marks_of,
-    outline_of,
-    scenes_of,
-    statistics_of,
-    task_of,
-    zones_of,
-)
 
 SCENE_SECONDS = 30.0
 """Seconds for an answer with pictures of maps."""
@@ -115,19 +95,19 @@ class RobotApi:
 
     # -- what it is, and how it is
 
-    def identity(self) -> RobotIdentity:
+    def identity(self) -> values.RobotIdentity:
         """Name, model, size and versions."""
         name = self.settings().get("identity", {}).get("name", "")
-        return identity_of(self._ask("woosh.robot.General"), name)
+        return values.identity_of(self._ask("woosh.robot.General"), name)
 
-    def facts(self) -> DeviceFacts:
+    def facts(self) -> values.DeviceFacts:
         """State, mode, emergency stop, localised, occupied, taskable."""
         state, mode = self._ask("woosh.robot.RobotState"), self._ask("woosh.robot.Mode")
-        return facts_of(state, mode, self._device_state(), self._ask("woosh.robot.OperationState"))
+        return values.facts_of(state, mode, self._device_state(), self._ask("woosh.robot.OperationState"))
 
-    def outline(self) -> Outline:
+    def outline(self) -> values.Outline:
         """The outline that the robot drives with now."""
-        return outline_of(self._ask("woosh.robot.Model"))
+        return values.outline_of(self._ask("woosh.robot.Model"))
 
     def settings(self) -> dict[str, Any]:
         """Its settings by the names of the interface (woosh.robot.Setting); `request` changes them."""
@@ -135,25 +115,25 @@ class RobotApi:
 
     # -- maps
 
-    def scene(self) -> Scene:
+    def scene(self) -> values.Scene:
         """The scene and map in use."""
         body = self._ask("woosh.robot.Scene")
         name, current = body["sceneName"], body["mapName"]
-        return Scene(name, (current,) if current else (), current, body["version"])
+        return values.Scene(name, (current,) if current else (), current, body["version"])
 
-    def scenes(self) -> list[Scene]:
+    def scenes(self) -> list[values.Scene]:
         """All scenes with their maps."""
-        return scenes_of(self._ask("woosh.map.SceneList"), self.scene())
+        return values.scenes_of(self._ask("woosh.map.SceneList"), self.scene())
 
-    def marks(self, scene: str = "", *, timeout: float = SCENE_SECONDS) -> list[RobotMark]:
+    def marks(self, scene: str = "", *, timeout: float = SCENE_SECONDS) -> list[values.RobotMark]:
         """The marks of all maps of a scene; "" is the one in use."""
-        return marks_of(self._ask("woosh.map.SceneDataEasy", {"name": scene}, timeout=timeout))
+        return values.marks_of(self._ask("woosh.map.SceneDataEasy", {"name": scene}, timeout=timeout))
 
-    def zones(self, scene: str = "", *, timeout: float = SCENE_SECONDS) -> list[Zone]:
+    def zones(self, scene: str = "", *, timeout: float = SCENE_SECONDS) -> list[values.Zone]:
         """The zones of all maps of a scene; "" is the one in use. Slow: pictures of the maps come along."""
-        return zones_of(self._ask("woosh.map.SceneData", {"name": scene}, timeout=timeout))
+        return values.zones_of(self._ask("woosh.map.SceneData", {"name": scene}, timeout=timeout))
 
-    def switch_map(self, scene: str, map: str = "", *, timeout: float = 60.0) -> Scene:
+    def switch_map(self, scene: str, map: str = "", *, timeout: float = 60.0) -> values.Scene:
         """Let the robot use another map that it has; wait until it does.
 
         The robot may not know where it is on the new map: look at `localised` of the result, and give it its
@@ -193,7 +173,7 @@ class RobotApi:
                 say("switch_map: the robot uses {map} of {scene}", map=now.current_map, scene=now.name)
             )
             time.sleep(_LOOK_SECONDS)
-        return Scene(now.name, now.maps, now.current_map, now.version, self._localised_at_last())
+        return values.Scene(now.name, now.maps, now.current_map, now.version, self._localised_at_last())
 
     def _localised_at_last(self) -> bool | None:
         """Whether the robot says for `SETTLED_SECONDS` that it is localised; None if it cannot say."""
@@ -209,21 +189,21 @@ class RobotApi:
 
     # -- what it did
 
-    def task_history(self) -> list[TaskRecord]:
+    def task_history(self) -> list[values.TaskRecord]:
         """The last tasks (up to 50), the oldest first."""
-        records = map(task_of, self._ask("woosh.robot.TaskHistory")["tes"])
+        records = map(values.task_of, self._ask("woosh.robot.TaskHistory")["tes"])
         return sorted(records, key=lambda record: record.time)
 
-    def events(self) -> list[RobotEvent]:
+    def events(self) -> list[values.RobotEvent]:
         """The last status codes (up to 50), the oldest first."""
-        events = map(event_of, self._ask("woosh.robot.count.StatusCodes")["scs"])
+        events = map(values.event_of, self._ask("woosh.robot.count.StatusCodes")["scs"])
         return sorted(events, key=lambda event: event.time)
 
-    def unresolved(self) -> list[RobotEvent]:
+    def unresolved(self) -> list[values.RobotEvent]:
         """The faults and warnings that are not over."""
-        return [event_of(each) for each in self._ask("woosh.robot.count.AbnormalCodes")["scs"]]
+        return [values.event_of(each) for each in self._ask("woosh.robot.count.AbnormalCodes")["scs"]]
 
-    def statistics(self, days: float = 7.0) -> Statistics:
+    def statistics(self, days: float = 7.0) -> values.Statistics:
         """Distance, time and tasks of the last days, by the robot's clock and this computer's."""
         now = int(time.time())
         body = {"bucket": {"start": now - round(days * 86400.0), "end": now}}
@@ -231,7 +211,7 @@ class RobotApi:
         pages = min(_MAX_PAGES, -(-answers[0]["taskQty"] // _PAGE))
         for page in range(1, pages):
             answers.append(self._ask("woosh.robot.CountData", {**body, "countType": 2, "taskPage": page}))
-        return statistics_of(answers)
+        return values.statistics_of(answers)
 
     def close(self) -> None:
         """Close the connection; the Chassis does it."""

@@ -51,7 +51,6 @@ KINDS_OF_ZONES = {
 _ZONE_MODES = {1: "avoid", 2: "wait", 3: "wait_then_plan", 4: "wait_then_fail"}
 _ZONE_MODES |= {10: "narrow_passage", 11: "magnetic_strip", 12: "qr_code"}
 _OUTLINES = ("original", "expanded", "spare", "docking")
-_DRIVES = ("two driven wheels", "one steered drive", "four steered drives")
 _EMERGENCY_STOP, _LOCALISED, _OCCUPIED, _OBSTRUCTED, _TASKABLE = 1024, 1, 8, 8, 1
 
 
@@ -201,18 +200,14 @@ class Statistics:
 
 @dataclass(frozen=True, slots=True)
 class RobotIdentity:
-    """Which robot it is; m and kg (the interface gives no units: ours by the size of the numbers)."""
+    """Which robot it is; m (the interface gives no unit: ours by the size of the numbers)."""
 
     name: str
     model: str
     serial_number: int
-    service_id: str
-    drive: str
     length: float
     width: float
     height: float
-    weight: float
-    load: float
     system: str
     software: str
 
@@ -334,11 +329,14 @@ def statistics_of(answers: Sequence[Body]) -> Statistics:
     """The sums of the pages of one CountData; the first one has the days."""
     days = answers[0].get("operations", {}).get("ops", ())
     ends = [task["state"] for page in answers for task in page.get("tasks", {}).get("ts", ())]
+    completed, failed, cancelled = (ends.count(state) for state in (1, 2, 3))
     driven = (day.get("mileage", {"start": 0, "end": 0}) for day in days)
     return Statistics(
         float(sum(max(0, each["end"] - each["start"]) for each in driven)),
         float(sum(max(0, time["end"] - time["start"]) for day in days for time in day["buckets"])),
-        *(ends.count(state) for state in (1, 2, 3)),
+        completed,
+        failed,
+        cancelled,
         answers[0]["abnormalQty"],
     )
 
@@ -346,15 +344,11 @@ def statistics_of(answers: Sequence[Body]) -> Statistics:
 def identity_of(general: Body, name: str) -> RobotIdentity:
     """The identity of a General and the name in a Setting."""
     size, version = general.get("modelData", {}), general.get("version", {})
-    method = general["driverMethod"]
     return RobotIdentity(
         printable(name),
         printable(general["displayModel"]),
         general["serialNumber"],
-        printable(general["serviceId"]),
-        _DRIVES[method] if method < len(_DRIVES) else "",
         *(size.get(key, 0) / 1000.0 for key in ("length", "width", "height")),
-        *(float(size.get(key, 0)) for key in ("weight", "load")),
         *(printable(version.get(key, "")) for key in ("system", "rc")),
     )
 

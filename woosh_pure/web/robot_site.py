@@ -19,7 +19,7 @@ from rosproto.text import printable
 from woosh_pure.chassis import Chassis
 from woosh_pure.errors import ApiRefused
 from woosh_pure.maps.marks import UserMark
-from woosh_pure.robot_api.values import Outline, Scene, Zone
+from woosh_pure.robot_api.values import Outline, RobotMark, Scene, Zone
 from woosh_pure.web.snapshot import points_part
 
 T = TypeVar("T")
@@ -99,14 +99,15 @@ class RobotSite:
         api, facts = self._chassis.robot_api, self._facts
         scene = api.scene()
         if scene != facts.scene:  # its version counts uploads
+            scenes: list[Scene] = _if_offered(api.scenes, [])
+            marks: list[RobotMark] = _if_offered(api.marks, [])
+            zones: list[Zone] = _if_offered(api.zones, [])
             here = ("", scene.current_map)
-            marks = [mark for mark in _if_offered(api.marks, []) if mark.map in here]
-            zones = [zone for zone in _if_offered(api.zones, []) if zone.map in here]
             facts = SiteFacts(
                 scene,
-                tuple(_if_offered(api.scenes, [])),
-                tuple(mark.as_user_mark() for mark in marks),
-                tuple(zones),
+                tuple(scenes),
+                tuple(mark.as_user_mark() for mark in marks if mark.map in here),
+                tuple(zone for zone in zones if zone.map in here),
             )
         return replace(facts, outline=_if_offered(api.outline, None))
 
