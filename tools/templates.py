@@ -52,7 +52,7 @@ _CLI = "connection entry follow_goal arguments".split()
 _ROOMS = (
     "connection/arguments connection/clients connection/connection doctor/checks doctor/examination "
     "feed/feed motion/action_goal motion/motion motion/steps motion/task "
-    "outcome readiness/readiness_state robot_api/api robot_api/http selftest "
+    "outcome readiness/readiness_state readiness/robot_facts robot_api/api robot_api/http selftest "
     "stopping/stop_executor stopping/other_clients stopping/report stopping/active_motions "
     "stopping/stop velocity/drive connection/other_drivers velocity/shaper velocity/end_conditions"
 ).split()

@@ -17,7 +17,7 @@ from rosproto.logs import get_logger
 from rosproto.msg import learned_paths
 from rosproto.profile import remembered
 from rosproto.sentence import led, say
-from rosproto.transport import Deadline, HostNames
+from rosproto.transport import Deadline, HostNames, is_loopback, parse_uri
 from rosproto.watchdog import Watchdog
 from woosh_pure import interface
 from woosh_pure.components import Components
@@ -34,6 +34,7 @@ from woosh_pure.motion.verbs import MotionVerbs
 from woosh_pure.peripherals import Peripherals
 from woosh_pure.readings import Readings
 from woosh_pure.reasons import Readiness
+from woosh_pure.robot_api.background import Background
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop import stop as _stop
 from woosh_pure.stopping.stop import stop_seconds
@@ -140,7 +141,12 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
             )
 
         connection = Connection(self.master_uri, new_node, timeout=timeout, msg_path=folders)
-        self._components = Components(connection, leave_running=leave_running, watchdog=watchdog)
+        facts = Background(lambda: self.robot_api.facts(), 1.0)
+        # On this computer another robot may be at the usual port: a simulator, beside a tunnel to this one.
+        asked = robot_api is not False and (robot_api or not is_loopback(parse_uri(self.master_uri)[0]))
+        self._components = Components(
+            connection, leave_running=leave_running, watchdog=watchdog, robot_facts=facts if asked else None
+        )
         self._components.motions.carry_out = self._stop
 
     def __enter__(self) -> Chassis:
@@ -280,9 +286,9 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         """Whether it would move now: `answer` is yes, no or not known, `reasons` and `sentence()` say why.
 
         The answer is "not known" until the chassis has reported its state (`/robot_status` is sent on change
-        only): an emergency stop that was pressed before we connected is never reported. The result is true
-        only for yes. A refusal is remembered until its cause is shown to be over. The check moves and
-        interrupts nothing; see `woosh_pure.readiness`.
+        only): ROS never reports an emergency stop that was pressed before we connected; the Robot API does.
+        The result is true only for yes. A refusal is remembered until its cause is shown to be over. The
+        check moves and interrupts nothing; see `woosh_pure.readiness`.
         """
         return self._components.readiness_state.readiness()
 

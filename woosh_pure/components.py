@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from functools import partial
+from typing import TYPE_CHECKING
 
 from rosproto.logs import get_logger
 from rosproto.sentence import say
@@ -16,6 +17,10 @@ from woosh_pure.readiness.readiness_state import ReadinessState
 from woosh_pure.stopping.active_motions import ActiveMotions
 from woosh_pure.stopping.stop_executor import Job
 from woosh_pure.stopping.watchdog_client import WatchdogClient
+
+if TYPE_CHECKING:
+    from woosh_pure.robot_api.background import Background
+    from woosh_pure.robot_api.values import DeviceFacts
 
 logger = get_logger("woosh_pure.components")
 
@@ -37,7 +42,12 @@ class Components:
     """
 
     def __init__(
-        self, connection: Connection, *, leave_running: bool = False, watchdog: bool | Watchdog = False
+        self,
+        connection: Connection,
+        *,
+        leave_running: bool = False,
+        watchdog: bool | Watchdog = False,
+        robot_facts: Background[DeviceFacts] | None = None,
     ) -> None:
         self.connection = connection
         connection.before_close = self._before_close
@@ -56,6 +66,7 @@ class Components:
             self.feeds,
             own_tasks=self.motions.own_tasks,
             require_not_over=self.motions.require_not_over,
+            robot_facts=robot_facts,
         )
 
     def start_watchdog(self) -> None:

@@ -15,8 +15,10 @@ from tests.support.robot_api_peer import ANSWERS, PASSWORD, ApiPeer, endless, ha
 from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.cli import main
+from woosh_pure.errors import MotionRefused
 from woosh_pure.maps.marks import MarkFile, mark_file
 from woosh_pure.outcome import OutcomeKind
+from woosh_pure.reasons import ReasonKey
 from woosh_pure.robot_api import http
 
 pytestmark = pytest.mark.usefixtures("private_config")
@@ -159,8 +161,9 @@ def test_ros_goes_on_beside_a_robot_api_that_is_silent_or_lies(
 
     with ApiPeer({"woosh.robot.RobotState": LIES[kind]}) as peer:
         with Chassis(sim.master_uri, robot_api=peer.address) as chassis:
+            chassis.pose.wait(20.0)
+            assert peer.connections == 0, "no feed asks it"
             assert not chassis.wait_until_ready(timeout=20.0).blocked
-            assert peer.connections == 0, "readiness asks ROS only"
             asker = threading.Thread(target=ask)
             asker.start()
             until(lambda: peer.requests)
@@ -173,3 +176,40 @@ def test_ros_goes_on_beside_a_robot_api_that_is_silent_or_lies(
             over.set()
         asker.join(20.0)
         assert not asker.is_alive(), "closing the Chassis ends the question"
+
+
+def test_ready_answers_yes_or_no_where_ros_knows_nothing(
+    sim: SimulatedChassis, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An idle chassis never reports its state, and never an emergency stop from before."""
+    to = ["--master", sim.master_uri, "--api-address"]
+    assert main([*to, "off", "ready"]) == 5
+    with ApiPeer() as peer:
+        assert main([*to, peer.address, "ready"]) == 0
+        peer.answers["woosh.robot.DeviceState"] = {"hardware": 1024, "software": 1}
+        capsys.readouterr()
+        assert main([*to, peer.address, "ready"]) == 3
+        assert "the emergency stop is pressed" in capsys.readouterr().out
+
+
+def test_a_verb_is_refused_while_the_robot_says_that_its_emergency_stop_is_pressed(
+    sim: SimulatedChassis,
+) -> None:
+    with ApiPeer() as peer, Chassis(sim.master_uri, robot_api=peer.address) as chassis:
+        assert chassis.readiness().ready
+        peer.answers["woosh.robot.DeviceState"] = {"hardware": 1024, "software": 1}
+        until(lambda: not chassis.readiness().ready)
+        with pytest.raises(MotionRefused, match="the emergency stop is pressed") as refused:
+            chassis.move(0.1)
+        assert [reason.key for reason in refused.value.reasons] == [ReasonKey.EMERGENCY_STOP]
+        peer.answers["woosh.robot.DeviceState"] = {"hardware": 0, "software": 1}
+        until(lambda: chassis.readiness().ready)
+        assert chassis.move(0.1).wait(timeout=60.0).arrived
+
+
+def test_at_the_usual_port_of_this_computer_nothing_answers_for_a_robot(sim: SimulatedChassis) -> None:
+    """A simulator there may stand beside a tunnel to another robot, whose emergency stop it does not know."""
+    with Chassis(sim.master_uri) as chassis, ApiPeer() as peer:
+        chassis._robot_api = Chassis(sim.master_uri, robot_api=peer.address).robot_api
+        assert not chassis.readiness().ready
+        assert peer.asked == []

@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rosproto
 from rosproto.codec import DynamicMessage
@@ -31,9 +31,14 @@ from woosh_pure.errors import MotionRefused
 from woosh_pure.faults import ActiveFaults, Department, FaultLevel, Faults, StatusCode, decode_status_code
 from woosh_pure.feed.feed import Feed, Feeds
 from woosh_pure.outcome import Outcome, OutcomeKind
+from woosh_pure.readiness.robot_facts import FAULT, LOST, MANUAL, MAPPING, with_robot_facts
 from woosh_pure.reasons import Readiness, Reason, ReasonKey
 from woosh_pure.values.messages import message_type
 from woosh_pure.values.state import RobotStatus
+
+if TYPE_CHECKING:
+    from woosh_pure.robot_api.background import Background
+    from woosh_pure.robot_api.values import DeviceFacts
 
 _CODE = re.compile(r"(?<!\d)\d{12}(?!\d)")
 _STOPPED = (RobotState.FAULT, RobotState.MAPPING)
@@ -118,7 +123,6 @@ NOT_HEARD = (
 LINK_LOST = "the connection to the publisher of /robot_status has broken since: its value may be out of date"
 BEFORE = "{fault}; it was reported before the connection to its publisher broke: it may be over"
 STATE_UNDEFINED = "the robot does not report its state"
-FAULT_STATE = "the robot reports a fault; look at its display"
 KEY_TRIGGERED = (
     "key {number} of the chassis is triggered (/IO_input): it may be the emergency stop; which key is which "
     "is not documented"
@@ -141,6 +145,7 @@ def assess(
     refusals: Iterable[Reason] = (),
     link_lost: bool = False,
     has_moved: bool = False,
+    robot: DeviceFacts | None = None,
 ) -> Readiness:
     """Collect the known reasons against moving, and the unknown facts; the cause comes first.
 
@@ -156,6 +161,7 @@ def assess(
         link_lost: The link of /robot_status has broken since its last message, which then blocks no longer.
         has_moved: One of our motions has arrived, so nothing stopped the robot at that time, and every change
             since then was reported.
+        robot: What the robot says by its Robot API; None if that is not known.
     """
     from_faults = [_from_fault(fault) for fault in faults]
     reasons: list[Reason] = []
@@ -179,6 +185,7 @@ def assess(
         or (status is None and not own_tasks)  # else another reason names its task
     ]
     reasons += [Reason(ReasonKey.CHASSIS_KEY, say(KEY_TRIGGERED, number=key), False) for key in keys]
+    reasons = with_robot_facts(reasons, robot)
     blocking_keys = {reason.key for reason in reasons if reason.blocking}
     reasons += [reason for reason in refusals if not blocking_keys]  # otherwise the state is more exact
     return Readiness(tuple(sorted(reasons, key=_order)))
@@ -213,13 +220,12 @@ def triggered_keys(inputs: DynamicMessage) -> tuple[int, ...]:
 _KEYS_MODULE, _TRIGGERED = 1, 1  # woosh_msgs/IO: module 0x01 chassis keys, status 1 triggered
 
 
-_LOST = "the robot does not know where it is; give it its position"
 _OF_STATE = {
     # States that say nothing about faults and buttons are doubts.
-    RobotState.UNINITIALISED: Reason(ReasonKey.NOT_LOCALISED, _LOST, False, doubt=True),
+    RobotState.UNINITIALISED: Reason(ReasonKey.NOT_LOCALISED, LOST, False, doubt=True),
     RobotState.UNDEFINED: Reason(ReasonKey.UNKNOWN, STATE_UNDEFINED, False, doubt=True),
-    RobotState.FAULT: Reason(ReasonKey.FAULT, FAULT_STATE),
-    RobotState.MAPPING: Reason(ReasonKey.MAPPING, "the robot is making a map"),
+    RobotState.FAULT: Reason(ReasonKey.FAULT, FAULT),
+    RobotState.MAPPING: Reason(ReasonKey.MAPPING, MAPPING),
 }
 
 
@@ -229,7 +235,7 @@ def _from_status(status: RobotStatus, charging: bool | None, own_tasks: Collecti
         reasons.append(
             Reason(
                 ReasonKey.MANUAL_MODE,
-                say("the robot is in {mode} mode; turn its key to automatic", mode=status.robot_mode),
+                say(MANUAL, mode=status.robot_mode),
             )
         )
     if status.work_mode is WorkMode.DEPLOYMENT:
@@ -351,6 +357,10 @@ def _client_of(goal_id: str) -> str:
 
 _CODE_FOLLOWS = 0.3  # seconds after /robot_status within which the /status_code of the same fault comes
 _STALE = 30.0  # seconds after which /battery may be out of date
+_FIRST_FACTS, _FACTS_STALE = (
+    0.3,
+    5.0,
+)  # seconds to wait for the first answer of the Robot API; and its validity
 
 
 class ReadinessState:
@@ -361,6 +371,7 @@ class ReadinessState:
         feeds: The source of states and status codes.
         own_tasks: Return the ids of our own tasks, which do not speak against moving.
         require_not_over: Raise if no motion can begin any more.
+        robot_facts: What the robot says by its Robot API; None if that is not asked.
 
     Attributes:
         other_goals: Known goals of other clients.
@@ -374,8 +385,10 @@ class ReadinessState:
         *,
         own_tasks: Callable[[], Collection[int]],
         require_not_over: Callable[[], object],
+        robot_facts: Background[DeviceFacts] | None = None,
     ) -> None:
         self._connection = connection
+        self._robot_facts = robot_facts
         self._battery, self._status, self._status_code, self._inputs, self._velocity = (
             feeds.get(name) for name in ("battery", "status", "status_code", "inputs", "velocity")
         )
@@ -413,6 +426,8 @@ class ReadinessState:
             scope.require_wanted("readiness")  # `wait_until_ready` calls this repeatedly
         self._listen(self._battery, self._status, self._status_code, self._inputs)
         self.other_goals.listen(self._connection.open_node())
+        if self._robot_facts is not None:
+            self._robot_facts.want(_FIRST_FACTS)
         return self.explained_readiness()
 
     def explained_readiness(self) -> Readiness:
@@ -438,6 +453,7 @@ class ReadinessState:
         charging = None if battery is None or battery.age > _STALE else battery.value.charging
         status, outdated = self._status_known()
         faults, before = self._known_faults(status, outdated)
+        asked = self._robot_facts
         return assess(
             status,
             faults,
@@ -449,6 +465,7 @@ class ReadinessState:
             refusals=self.refusals.reasons(),
             link_lost=outdated,
             has_moved=self._has_moved,
+            robot=None if asked is None or asked.age > _FACTS_STALE else asked.answer,
         )
 
     def _status_known(self) -> tuple[RobotStatus | None, bool]:

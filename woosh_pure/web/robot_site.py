@@ -1,24 +1,21 @@
 """What one robot names by its Robot API, for the page: its marks, maps, zones and outline.
 
-It is asked in a thread of its own, one at a time and only while somebody wants to know, because a robot may
-answer slowly or not at all. Nobody who looks at the robot's ROS side waits for it.
+It is asked in the background and only while somebody wants to know, because a robot may answer slowly or not
+at all. Nobody who looks at the robot's ROS side waits for it.
 """
 
 from __future__ import annotations
 
-import math
-import threading
-import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.text import printable
 from woosh_pure.chassis import Chassis
 from woosh_pure.errors import ApiRefused
 from woosh_pure.maps.marks import UserMark
+from woosh_pure.robot_api.background import Background
 from woosh_pure.robot_api.values import Outline, RobotMark, Scene, Zone
 from woosh_pure.web.snapshot import points_part
 
@@ -52,51 +49,29 @@ class SiteFacts:
         }
 
 
+_NOTHING = SiteFacts()
+
+
 class RobotSite:
     """Asks one robot, and keeps what it has named. From any thread."""
 
     def __init__(self, chassis: Chassis) -> None:
         self._chassis = chassis
-        self._lock = threading.Lock()
-        self._facts = SiteFacts()
-        self._due = 0.0
-        self._asked = threading.Event()
+        self._asked = Background(self._news, FRESH)
 
     def known(self, wait: float = 0.0) -> SiteFacts:
-        """What is known; asks the robot again, in a thread, if that is old.
-
-        Args:
-            wait: Seconds for the first answer; nobody waits for a later one.
-        """
-        with self._lock:
-            if time.monotonic() >= self._due:
-                threading.Thread(target=self._ask, name="woosh:web robot api", daemon=True).start()
-                self._due = math.inf
-        self._asked.wait(wait)
-        return self._facts
+        """What is known; `wait` is that of `Background.want`."""
+        return self._asked.want(wait) or _NOTHING
 
     def switch(self, scene: str, name: str) -> Scene:
         """Let the robot use another map; blocks until it does. See `RobotApi.switch_map`."""
         try:
             return self._chassis.robot_api.switch_map(scene, name)
         finally:
-            self._ask_after(0.0)
-
-    def _ask(self) -> None:
-        try:
-            self._facts = self._news()
-        except RosError as error:
-            _logger.debug("= nothing by the Robot API: %s", error)
-        finally:
-            self._ask_after(FRESH)
-            self._asked.set()
-
-    def _ask_after(self, seconds: float) -> None:
-        with self._lock:
-            self._due = time.monotonic() + seconds
+            self._asked.ask_again()
 
     def _news(self) -> SiteFacts:
-        api, facts = self._chassis.robot_api, self._facts
+        api, facts = self._chassis.robot_api, self._asked.answer or _NOTHING
         scene = api.scene()
         if scene != facts.scene:  # its version counts uploads
             scenes: list[Scene] = _if_offered(api.scenes, [])
