@@ -35,7 +35,9 @@ def run_api(args: Namespace, out: Output) -> None:
     except ValueError as error:
         raise ValueError(say("{text!r} is not JSON: {error}", text=args.body, error=error)) from error
     if args.sim:
-        raise ValueError("--sim has no Robot API; start `woosh sim --robot-api` and give its address")
+        raise ValueError(
+            "--sim has no Robot API; start `woosh sim --robot-api`, and give its address to --api-address"
+        )
     with closing(robot_api_at(robot_api_of(args), master_uri_of(chosen(args)[0]), names(args))) as api:
         try:
             with out.working(say("asking {name}", name=name)):
