@@ -22,7 +22,7 @@ pytestmark = pytest.mark.whole
 def findings(uri: str, timeout: float = 20.0) -> dict[str, list]:
     """Findings by check."""
     found: dict[str, list] = {}
-    for finding in examine(uri, listen=2.0, timeout=timeout):
+    for finding in examine(uri, listen=2.0, timeout=timeout, robot_api=False):
         found.setdefault(finding.check, []).append(finding)
     return found
 

@@ -267,6 +267,10 @@ def get_scenes(request: Request) -> dict[str, object]:
 def switch_map(body: models.SwitchMapRequest, request: Request) -> dict[str, object]:
     """Let the robot use another of its maps, and wait until it does. It may then not be localised."""
     robot, client = check_command(request, connected=False)
+    if robot.site.known(FIRST_SECONDS).scene is None:
+        raise Problem(
+            409, "this robot names no maps: it has no Robot API, or does not answer there", "no-maps"
+        )
     what = command("switch_map", scene=body.scene, map=body.map)
     entry = robot.journal.begin(client.name, what)
     try:

@@ -70,6 +70,7 @@ export const state = {
   "todo.unreachable": "Check the network between this computer and the robot.",
   "problem.said": "The robot refused: “{text}”",
   "problem.api-refused": "The robot refused it and gave no reason.",
+  "problem.no-maps": "The robot names no maps.",
   "problem.motion-refused": "It was not started: something else is under way, or STOP was pressed.",
   "problem.no-simulator": "This robot is not simulated.",
   "problem.stale-state": "The robot has not reported its state. Wait a moment, then try again.",

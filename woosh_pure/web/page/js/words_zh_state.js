@@ -70,6 +70,7 @@ export const state = {
   "todo.unreachable": "检查这台电脑与机器人之间的网络。",
   "problem.said": "机器人拒绝了：“{text}”",
   "problem.api-refused": "机器人拒绝了，没有说明原因。",
+  "problem.no-maps": "机器人没有给出地图名称。",
   "problem.motion-refused": "没有开始：有别的正在进行，或者按了停止。",
   "problem.no-simulator": "该机器人不是仿真机器人。",
   "problem.stale-state": "机器人没有报告状态。请稍等再试。",
