@@ -110,7 +110,9 @@ def test_a_velocity_lapses_in_time(sim, chassis, until, kind):
     with chassis.velocity(bypasses_protection=True, **options) as drive:
 
         def drives() -> bool:
-            drive.set(kind(0.0625), kind(0), valid_for=kind(0.25))  # on a busy computer it lapses before it is sent
+            drive.set(
+                kind(0.0625), kind(0), valid_for=kind(0.25)
+            )  # on a busy computer it lapses before it is sent
             return not drive.sending.is_standing(0.0, 0.0)
 
         until(drives)

@@ -115,7 +115,9 @@ def test_a_robot_that_stands_between_two_velocities_of_another_program_does_not_
         report = chassis.stop(everything=True, timeout=3.0)
     assert report.standing is False
     (problem,) = [problem for problem in report.problems if "/slow_driver" in problem]
-    assert re.search("also sends? velocities on /base_cmd_vel, which stops only when that program ends", problem)
+    assert re.search(
+        "also sends? velocities on /base_cmd_vel, which stops only when that program ends", problem
+    )
 
 
 def test_at_rest_it_says_that_nothing_ran(sim, chassis):

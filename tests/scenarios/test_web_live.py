@@ -147,9 +147,7 @@ def test_over_a_slow_link_the_pose_keeps_nothing_away(web: Served) -> None:
             time.sleep(0.15)  # in which there is a new pose, and a new scan
             page.say(t="ack", n=frames)
         heard = [document["t"] for document in page.heard]
-        assert {"pose", "state", "lost", "map", "marks", "plan", "journal", "lease"} <= set(
-            heard
-        )
+        assert {"pose", "state", "lost", "map", "marks", "plan", "journal", "lease"} <= set(heard)
         assert heard.count("pose") >= 6
         assert page.frames, "scans"
 
