@@ -83,12 +83,14 @@ def add_web(parser: ArgumentParser) -> None:
 
 
 def run_web(args: Namespace, out: Output) -> int:
+    from rosproto.admission import AdmissionPolicy
     from woosh_pure.web.optional_libraries import require
 
     try:
         require()
     except ImportError as missing:
         raise CommandError(str(missing)) from missing
+    AdmissionPolicy(token_of(args, TOKEN_VARIABLE)).require_token_at(args.bind)  # before a robot is asked
     more = _further(args)
     with ExitStack() as stack:
         watchdog = stack.enter_context(watchdog_of(args))
