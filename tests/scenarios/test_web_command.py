@@ -264,8 +264,8 @@ def test_a_simulated_robot_may_be_driven_and_each_pupil_has_one() -> None:
     try:
         assert process.stdout is not None
         said = [process.stdout.readline() for _ in range(7)]
-        uris = [line.split()[4].rstrip(",") for line in said[:2]]
-        assert [line.split(":")[0] for line in said[:2]] == ["robot1", "robot2"]
+        uris = [line.split()[4].rstrip(",") for line in said if ": simulated chassis at " in line]
+        assert [line.split(":")[0] for line in said if ": simulated" in line] == ["robot1", "robot2"]
         pages = [line.split()[-1] for line in said if line.startswith("the page for others: ")]
         assert [page.rpartition("/robots/")[2] for page in pages] == ["robot1/", "robot2/"]
         with Chassis(uris[1]) as second:
