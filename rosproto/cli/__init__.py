@@ -70,7 +70,13 @@ from rosproto.cli.options import (
 from rosproto.cli.output import Output
 from rosproto.cli.parser import Parser, WrongUse, give_examples, near
 from rosproto.cli.process import Task, exit_codes_line, run_command, words_of
-from rosproto.cli.signals import interrupt_on_signals, signals_ignored
+from rosproto.cli.signals import (
+    Terminated,
+    interrupt_on_signals,
+    linger_when_closed,
+    signals_ignored,
+    signals_unwind,
+)
 
 __all__ = [
     "DONE",
@@ -86,6 +92,7 @@ __all__ = [
     "Parser",
     "Progress",
     "Task",
+    "Terminated",
     "WrongUse",
     "add_completion_arguments",
     "add_max_clients",
@@ -110,6 +117,7 @@ __all__ = [
     "interrupt_on_signals",
     "is_terminal",
     "json_text",
+    "linger_when_closed",
     "main",
     "metres",
     "natural",
@@ -130,6 +138,7 @@ __all__ = [
     "shown_token",
     "shows_unicode",
     "signals_ignored",
+    "signals_unwind",
     "terminal_size",
     "to_float",
     "to_int",

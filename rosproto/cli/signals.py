@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn, TypeAlias
 
+from rosproto.cli.exit_codes import TERMINATED
+
 ONE_SIGNAL = 0.5
 _THAT_END = ("SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK")
 """SIGHUP is a closed terminal, SIGQUIT Ctrl-\\; SIGBREAK is Ctrl-Break, and a closed console on Windows."""
@@ -22,10 +24,13 @@ _HANDLER: list[object] = []
 Handler: TypeAlias = "Callable[[int, FrameType | None], object] | int | None"
 
 
-class Terminated(BaseException):
+class Terminated(SystemExit):
     """SIGTERM, SIGQUIT, a hang-up or a closed console: unwinds the program as Ctrl-C does, so that nodes are
     unregistered and motions stopped.
     """
+
+    def __init__(self) -> None:
+        super().__init__(TERMINATED)
 
 
 @contextmanager

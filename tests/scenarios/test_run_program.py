@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from tests.support.woosh_command import woosh_process
+from woosh_pure import SimulatedChassis
 
 pytestmark = pytest.mark.usefixtures("private_config")
 DRIVES = "from woosh_pure import Chassis\n\ndef go(c):\n    {}\n\nwith Chassis() as c:\n    go(c)\n"
@@ -71,3 +75,22 @@ def test_a_missing_file_is_an_error_at_once(tmp_path: Path) -> None:
     process = woosh_process("run", "--sim", "--watch", str(tmp_path / "none.py"))
     assert "none.py: there is no such file" in process.communicate(timeout=60)[1]
     assert process.returncode == 2
+
+
+@pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals to a process")
+@pytest.mark.promise("Ctrl-C or SIGTERM in a `woosh` command", "SIGQUIT (Ctrl-\\\\) or SIGHUP to a `woosh` command")
+@pytest.mark.parametrize(("name", "code"), [("SIGTERM", 143), ("SIGHUP", 143), ("SIGQUIT", 143), ("SIGINT", 130)])
+def test_a_signal_ends_the_program_and_stops_its_motion(
+    name: str, code: int, sim: SimulatedChassis, real_time: object, tmp_path: Path, until: Callable[..., None]
+) -> None:
+    """A closed window, too: the robot must not drive on."""
+    program = tmp_path / "first.py"
+    program.write_text("from woosh_pure import Chassis\n\nchassis = Chassis()\nchassis.forward(3).wait()\n")
+    process = woosh_process("--master", sim.master_uri, "run", str(program))
+    until(lambda: not sim.world.body.velocity.is_standing())
+    process.send_signal(getattr(signal, name))
+    err = process.communicate(timeout=60)[1]
+    assert process.returncode in (code, -getattr(signal, name)), err
+    assert sim.world.motion is None
+    until(lambda: sim.world.body.velocity.is_standing())
+    assert ("woosh: terminated" in err) == (code == 143)

@@ -14,14 +14,17 @@ from rosproto.cli import (
     WRONG_USE,
     Parser,
     Task,
+    Terminated,
     WrongUse,
     exit_codes_line,
     explain,
     give_examples,
     host,
+    linger_when_closed,
     positive,
     run_command,
     say,
+    signals_unwind,
     words_of,
 )
 from rosproto.errors import RosError
@@ -67,11 +70,19 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run_program(words: Sequence[str], language: str) -> int:
-    """Run a program of the user: it owns the process, with its output, signals and exit code."""
+    """Run a program of the user: it owns the process, with its output and exit code.
+
+    A signal that ends other commands ends it as Ctrl-C does, so that what it has begun is stopped; a program
+    may have handlers of its own.
+    """
     args = parser_for(words, language).parse_args(words)
     task = _task(args, Output(as_json=args.json, language=language))
     try:
-        return task.run()
+        with signals_unwind(until_exit=True), linger_when_closed():
+            return task.run()
+    except Terminated:
+        task.failed("terminated", TERMINATED)
+        return TERMINATED
     except (RosError, ValueError, OSError) as error:
         if args.debug:
             raise
