@@ -132,3 +132,15 @@ def test_a_bumper_that_was_hit_is_a_reason_until_it_is_freed(sim, chassis, until
     sim.remove_obstacles()
     sim.release_bumper()
     until(lambda: chassis.readiness().answer is Ready.YES)
+
+
+def test_a_robot_that_is_not_heard_is_not_said_to_be_ready(until):
+    """Its links are up, and nothing comes over them, as with a cable that was pulled."""
+    with SimulatedChassis(full_graph=False) as sim, Chassis(sim.master_uri) as chassis:
+        until(lambda: chassis.readiness().answer is Ready.YES)
+        sim.fall_silent(60.0)
+        until(lambda: chassis.readiness().answer is Ready.UNKNOWN)
+        assert [reason.key for reason in chassis.readiness().reasons] == [ReasonKey.SILENT]
+        assert "nothing was heard from the robot for" in str(chassis.readiness())
+        sim.network.restore()
+        until(lambda: chassis.readiness().answer is Ready.YES)

@@ -13,6 +13,7 @@ The chassis is never probed, because every possible probe has side effects:
 
 from __future__ import annotations
 
+import math
 import re
 import threading
 import time
@@ -121,6 +122,7 @@ NOT_HEARD = (
     "mode is not known"
 )
 LINK_LOST = "the connection to the publisher of /robot_status has broken since: its value may be out of date"
+SILENT = "nothing was heard from the robot for {seconds:.0f} s: its state may be out of date"
 BEFORE = "{fault}; it was reported before the connection to its publisher broke: it may be over"
 STATE_UNDEFINED = "the robot does not report its state"
 KEY_TRIGGERED = (
@@ -146,6 +148,7 @@ def assess(
     link_lost: bool = False,
     has_moved: bool = False,
     robot: DeviceFacts | None = None,
+    silent: float | None = None,
 ) -> Readiness:
     """Collect the known reasons against moving, and the unknown facts; the cause comes first.
 
@@ -162,6 +165,7 @@ def assess(
         has_moved: One of our motions has arrived, so nothing stopped the robot at that time, and every change
             since then was reported.
         robot: What the robot says by its Robot API; None if that is not known.
+        silent: Seconds for which a topic that is sent all the time was not heard; None if it is.
     """
     from_faults = [_from_fault(fault) for fault in faults]
     reasons: list[Reason] = []
@@ -174,6 +178,8 @@ def assess(
         reasons.append(Reason(ReasonKey.UNKNOWN, NOT_HEARD, False, doubt=True))
     if link_lost:
         reasons.append(Reason(ReasonKey.LINK_LOST, LINK_LOST, False, doubt=True))
+    elif silent is not None:
+        reasons.append(Reason(ReasonKey.SILENT, say(SILENT, seconds=silent), False, doubt=True))
     reasons += from_faults
     reasons += [
         replace(_from_fault(fault), text=say(BEFORE, fault=fault)).doubted() for fault in faults_before
@@ -357,6 +363,7 @@ def _client_of(goal_id: str) -> str:
 
 _CODE_FOLLOWS = 0.3  # seconds after /robot_status within which the /status_code of the same fault comes
 _STALE = 30.0  # seconds after which /battery may be out of date
+_SILENT = 3.0  # seconds without /odom_twist, which is sent many times a second
 _FIRST_FACTS, _FACTS_STALE = (
     0.3,
     5.0,
@@ -399,6 +406,7 @@ class ReadinessState:
         self._fault_lock = threading.Lock()
         self._watching = False
         self._has_moved = False
+        self._since = math.inf  # when readiness was asked for first
         self._links: frozenset[object] = frozenset()  # of /robot_status, when it was looked at last
         self.other_goals = OtherGoals()
         self.refusals = Refusals()
@@ -424,7 +432,7 @@ class ReadinessState:
         """The known reasons against moving; the first call waits until its links are connected."""
         if (scope := current()) is not None:
             scope.require_wanted("readiness")  # `wait_until_ready` calls this repeatedly
-        self._listen(self._battery, self._status, self._status_code, self._inputs)
+        self._listen(self._battery, self._status, self._status_code, self._inputs, self._velocity)
         self.other_goals.listen(self._connection.open_node())
         if self._robot_facts is not None:
             self._robot_facts.want(_FIRST_FACTS)
@@ -449,7 +457,10 @@ class ReadinessState:
 
     def known_readiness(self) -> Readiness:
         """As `readiness`, from the messages received so far. Never waits, so a drive may call it any time."""
-        battery, inputs = self._battery.known, self._inputs.known
+        battery, inputs, velocity = self._battery.known, self._inputs.known, self._velocity.known
+        silent = 0.0
+        if velocity is not None or self._velocity.links:
+            silent = time.monotonic() - max(self._since, velocity.received if velocity else 0.0)
         charging = None if battery is None or battery.age > _STALE else battery.value.charging
         status, outdated = self._status_known()
         faults, before = self._known_faults(status, outdated)
@@ -466,6 +477,7 @@ class ReadinessState:
             link_lost=outdated,
             has_moved=self._has_moved,
             robot=None if asked is None or asked.age > _FACTS_STALE else asked.answer,
+            silent=silent if silent >= _SILENT else None,
         )
 
     def _status_known(self) -> tuple[RobotStatus | None, bool]:
@@ -526,6 +538,7 @@ class ReadinessState:
             feed.open()
         with self._lock:
             watching, self._watching = self._watching, True
+            self._since = min(self._since, time.monotonic())
         if not watching:
             self._status_code.on(self._on_status_code)
         for feed in feeds:  # also those that another thread has opened

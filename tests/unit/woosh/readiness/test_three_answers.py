@@ -41,6 +41,7 @@ def test_what_blocks_makes_a_no_of_what_is_not_known():
 
 def test_a_broken_link_makes_what_was_told_uncertain():
     assert assess(status(), [], link_lost=True).answer is Ready.UNKNOWN
+    assert assess(status(), [], silent=4.0).answer is Ready.UNKNOWN
 
 
 def test_a_motion_that_arrived_shows_that_nothing_stopped_it():
