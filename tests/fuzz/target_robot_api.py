@@ -6,7 +6,7 @@ import json
 from types import SimpleNamespace
 from typing import cast
 
-from rosproto.gateway.json_text import JsonError, JsonReader
+from rosproto.json_text import JsonError, JsonReader
 
 from woosh_pure.api_server.session import respond
 from woosh_pure.api_server.state import ApiState

@@ -178,7 +178,7 @@ def _robot_api(api: RobotApi) -> Finding:
         return warn("robot_api", "the Robot API refuses: {error}", error=error)
     except (ConnectionLost, RosTimeout) as error:
         without = "no Robot API, so the robot's own marks and maps are not known; driving needs none: {why}"
-        return ok("robot_api", without, why=error.why or error)
+        return ok("robot_api", without, why=say(error.why) if error.why else error)
     except RosError as error:
         advice = "another program may use that port; see docs/robot-api.md"
         return warn(
