@@ -98,7 +98,8 @@ class Parser(argparse.ArgumentParser):
         return super().format_help() + (f"\n{self.spoken('examples')}:\n{lines}" if lines else "")
 
     def __init__(self, *args: Any, shared: Parser | None = None, **options: Any) -> None:
-        options["exit_on_error"] = False  # `parse_known_args` says it
+        # `parse_known_args` says the error; `--no` must not mean the only option that begins so.
+        options["exit_on_error"] = options["allow_abbrev"] = False
         hidden: Sequence[argparse.Action] = ()
         if shared is not None:
             options["parents"], hidden = [shared], shared.actions
@@ -194,7 +195,6 @@ _OF_ARGPARSE = (
     "ignored explicit argument {value}",
     "not allowed with argument {other}",
     "one of the arguments {names} is required",
-    "ambiguous option: {option} could match {names}",
 )
 
 

@@ -46,6 +46,9 @@ def exit_code(line: str) -> object:
         ("--sim plan A9", 2, "known here; did you mean A2 or A1?; marks: A1, A2"),
         ("forward 1", 2, "unknown command 'forward'; did you mean `woosh move 0.5`?"),
         ("go A1", 2, "did you mean `woosh goto A1`?"),
+        ("charge C1 --no", 2, "not understood: --no"),  # and not --no-learned
+        ("move 0.5 --no-av", 2, "not understood: --no-av; did you mean --no-avoid"),
+        ("stop --end", 2, "not understood: --end"),
         ("led orang", 2, "did you mean orange?"),
         ("faults 7 --code 8", 2, "give one of: a code, a text, --code, --find"),
         ("costmap maybe", 2, "'maybe' is not a valid setting; one of: on, off, clear"),
