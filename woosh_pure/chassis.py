@@ -339,7 +339,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
 
     # -- velocity --------------------------------------------------------------------------------------------
 
-    @usage("`with chassis.velocity(bypasses_protection=True) as drive: drive.hold(0.2, seconds=2.0)`")
+    @usage("`with chassis.velocity(bypasses_protection=True) as drive: drive.hold(vx, seconds=seconds)`")
     def velocity(
         self,
         *,

@@ -93,17 +93,17 @@ MODULES = """
 from woosh_pure import Chassis: woosh wooshpure pywoosh wooshrobot chassis robot
 """
 COMMANDS = """
-woosh goto A1: go drive-to navigate 去 前往 导航
-woosh move 0.5: forward ahead straight 前进 直行 移动
-woosh move -0.5: back backward backwards 后退
-woosh rotate 90: turn left 旋转 左转
-woosh rotate -90: right 右转
+woosh goto MARK: go drive-to navigate 去 前往 导航
+woosh move METRES: forward ahead straight 前进 直行 移动
+woosh move -METRES: back backward backwards 后退
+woosh rotate DEGREES: turn left 旋转 左转
+woosh rotate -DEGREES: right 右转
 woosh stop: halt estop brake exit quit 停 停止 急停
-woosh status: where pose position info 状态 位置
+woosh status: state where pose position info 状态 位置
 woosh faults: error errors fault code 故障 错误
 woosh camera -o FILE: picture photo image 拍照 相机
 woosh led red: light lights color colour 灯 灯带
-woosh charge C1: dock 充电
+woosh charge MARK: dock 充电
 woosh scan: lidar distance sensor obstacle 激光
 woosh marks: mark list places 标记点
 woosh battery: 电池 电量
@@ -184,7 +184,7 @@ class SettingHints(Hints):
         def __setattr__(self, name: str, value: object) -> None:
             if not hasattr(type(self), name) and meant(self._hints, name):
                 text = f"{type(self).__name__!r} object has no attribute {name!r} to set"
-                text = both(text, "a call does it, such as forward(0.5, speed=0.2)")
+                text = both(text, "a call does it, such as forward(metres, speed=number)")
                 raise AttributeError(text, name=name, obj=self)
             object.__setattr__(self, name, value)
 

@@ -44,8 +44,11 @@ def exit_code(line: str) -> object:
         ("plan inf 0 0", 2, "'inf' is not a plain decimal number"),
         (f"plan {400 * '9'} 0 0", 2, "must be at most 1000000000"),
         ("--sim plan A9", 2, "known here; did you mean A2 or A1?; marks: A1, A2"),
-        ("forward 1", 2, "unknown command 'forward'; did you mean `woosh move 0.5`?"),
-        ("go A1", 2, "did you mean `woosh goto A1`?"),
+        ("forward 0.1", 2, "unknown command 'forward'; did you mean `woosh move METRES`?"),
+        ("turn 10", 2, "did you mean `woosh rotate DEGREES`?"),
+        ("right 10", 2, "did you mean `woosh rotate -DEGREES`?"),
+        ("state", 2, "unknown command 'state'; did you mean `woosh status`?"),
+        ("go A1", 2, "did you mean `woosh goto MARK`?"),
         ("charge C1 --no", 2, "not understood: --no"),  # and not --no-learned
         ("move 0.5 --no-av", 2, "not understood: --no-av; did you mean --no-avoid"),
         ("stop --end", 2, "not understood: --end"),

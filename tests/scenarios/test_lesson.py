@@ -148,7 +148,7 @@ MISTAKES: dict[str, Callable[[Chassis], object]] = {
         robot.left(90),
     ),
     "... is more than the 10.0 m one step may have": lambda robot: robot.forward(50),
-    "too many positional arguments; use forward(0.5)": lambda robot: robot.forward(0, 5),  # type: ignore[call-arg]
+    "too many positional arguments; use forward(metres)": lambda robot: robot.forward(0, 5),  # type: ignore[call-arg]
     "90.00 rad is more than one turn": lambda robot: robot.rotate(90),
     "obstacle wait timed out": lambda robot: robot.forward(9).wait(timeout=60),
     "this Chassis is closed": lambda robot: (robot.close(), robot.forward(1)),

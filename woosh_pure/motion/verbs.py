@@ -27,7 +27,7 @@ class MotionVerbs:
 
     # -- tasks -----------------------------------------------------------------------------------------------
 
-    @usage('go_to_mark("A1"), or go_to(x, y, yaw) for a place in m and rad')
+    @usage("go_to_mark(name), or go_to(x, y, yaw) for a place in m and rad")
     def go_to_mark(
         self, mark: str, *, timeout: float | None = 300.0, check: bool = True, replace: bool = False
     ) -> TaskHandle:
@@ -139,7 +139,7 @@ class MotionVerbs:
 
     # -- navigation ------------------------------------------------------------------------------------------
 
-    @usage('go_to(x, y, yaw) in m and rad; go_to_mark("A1") for a mark, follow(pose) for a Pose2D')
+    @usage("go_to(x, y, yaw) in m and rad; go_to_mark(name) for a mark, follow(pose) for a Pose2D")
     def go_to(
         self,
         x: float,
@@ -206,7 +206,7 @@ class MotionVerbs:
 
     # -- precise moves ---------------------------------------------------------------------------------------
 
-    @usage("move(0.5) in m, or rotate(90, degrees=True); `velocity` for a speed that you hold")
+    @usage("move(metres), or rotate(angle, degrees=True); `velocity` for a speed that you hold")
     def move(
         self,
         distance: float,
@@ -236,7 +236,7 @@ class MotionVerbs:
         step = Step.straight(distance, speed)
         return self.steps(step, avoid=avoid, timeout=timeout, check=check, replace=replace)
 
-    @usage("rotate(90, degrees=True), left(90) or right(90) in degrees, rotate(1.57) in rad")
+    @usage("rotate(angle, degrees=True), left(degrees) or right(degrees), rotate(angle) in rad")
     def rotate(
         self,
         angle: float,
@@ -272,22 +272,22 @@ class MotionVerbs:
             step, avoid=avoid, timeout=timeout, several_turns=many, check=check, replace=replace
         )
 
-    @usage("forward(0.5) in m, with a decimal point; forward(0.5, speed=0.2) in m/s")
+    @usage("forward(metres), with a decimal point; forward(metres, speed=number) in m/s")
     def forward(self, metres: float, *, speed: float = 0.0) -> StepHandle:
         """`move`: drive straight, or back where `metres` is negative; speed in m/s. Returns at once."""
         return self.move(metres, speed=speed)
 
-    @usage("left(90) in degrees; left(90, speed=0.5) in rad/s")
+    @usage("left(degrees); left(degrees, speed=number) in rad/s")
     def left(self, degrees: float, *, speed: float = 0.0) -> StepHandle:
         """`rotate`: turn in place to the left, in degrees; speed in rad/s. Returns at once."""
         return self.rotate(degrees, degrees=True, speed=speed)
 
-    @usage("right(90) in degrees; right(90, speed=0.5) in rad/s")
+    @usage("right(degrees); right(degrees, speed=number) in rad/s")
     def right(self, degrees: float, *, speed: float = 0.0) -> StepHandle:
         """`rotate`: turn in place to the right, in degrees; speed in rad/s. Returns at once."""
         return self.rotate(-as_float(degrees), degrees=True, speed=speed)
 
-    @usage("strafe(0.5) in m, to the left; strafe(0.5, speed=0.2) in m/s")
+    @usage("strafe(metres), to the left; strafe(metres, speed=number) in m/s")
     def strafe(
         self,
         distance: float,

@@ -10,8 +10,10 @@ from unittest import mock
 
 import pytest
 
+import woosh_pure.chassis as chassis_module
 from woosh_pure import Chassis, Outcome, OutcomeKind, Pose2D, SimulatedChassis, aio, hints
 from woosh_pure.feed.feed import Feed
+from woosh_pure.motion import verbs
 from woosh_pure.motion.action_goal import ActionMotion
 from woosh_pure.motion.motion import GoalHandle
 
@@ -103,16 +105,16 @@ def test_a_property_that_fails_says_its_own_error(monkeypatch: pytest.MonkeyPatc
     [
         (lambda c: c.go_to("A1"), "go_to_mark"),
         (lambda c: c.go_to(), "go_to_mark"),
-        (lambda c: c.go_to_mark(), r"go_to_mark\(.A1.\)"),
+        (lambda c: c.go_to_mark(), r"go_to_mark\(name\)"),
         (lambda c: c.go_to_mark(1, 2), r"go_to\(x, y, yaw\)"),
-        (lambda c: c.rotate(degrees=90), r"rotate\(90, degrees=True\)"),
-        (lambda c: c.forward(0, 5), r"forward\(0\.5\) in m, with a decimal point"),
-        (lambda c: c.left(90, 0.5), r"left\(90, speed=0\.5\)"),
-        (lambda c: c.strafe(0, 5), r"strafe\(0\.5\) in m"),
-        (lambda c: c.right(wait=True), r"right\(90\) in degrees"),
-        (lambda c: c.rotate(), r"left\(90\)"),
+        (lambda c: c.rotate(degrees=90), r"rotate\(angle, degrees=True\)"),
+        (lambda c: c.forward(0, 5), r"forward\(metres\), with a decimal point"),
+        (lambda c: c.left(90, 0.5), r"left\(degrees, speed=number\)"),
+        (lambda c: c.strafe(0, 5), r"strafe\(metres\)"),
+        (lambda c: c.right(wait=True), r"right\(degrees\)"),
+        (lambda c: c.rotate(), r"left\(degrees\)"),
         (lambda c: c.move(0.2, 0.1), "rotate"),
-        (lambda c: c.move(x=0.5), r"move\(0.5\)"),
+        (lambda c: c.move(x=0.5), r"move\(metres\)"),
         (lambda c: c.velocity(0.2, 0.1), "bypasses_protection=True"),
         (lambda c: c.velocity(vx=0.2), "drive.hold"),
     ],
@@ -120,6 +122,17 @@ def test_a_property_that_fails_says_its_own_error(monkeypatch: pytest.MonkeyPatc
 def test_wrong_arguments_name_the_right_call(call, right: str) -> None:
     with pytest.raises(TypeError, match=right):
         call(CHASSIS)
+
+
+def test_no_hint_to_copy_moves_the_robot_as_it_stands() -> None:
+    """Its way is a placeholder: who pastes it is asked for a number, or for a mark."""
+    rows = [
+        line.rpartition(": ")[0] for table in (hints.COMMANDS, hints.CHASSIS) for line in table.split("\n")
+    ]
+    used = "".join(inspect.getsource(module) for module in (verbs, chassis_module))
+    for right in [*rows, *re.findall(r"@usage\(.*", used)]:
+        moving = r"woosh (move|rotate) -?\d|\b(forward|move|left|right|rotate|strafe|go_to|hold)\(-?\d|(A|C)1"
+        assert not re.search(moving, right), right
 
 
 @pytest.mark.parametrize("cls", [Chassis, aio.Chassis])
@@ -141,7 +154,7 @@ def test_a_wrong_class_is_answered_by_the_right_one(name: str) -> None:
 def test_a_guess_that_is_set_is_refused_and_another_name_is_the_programs_own() -> None:
     for chassis in (Chassis("127.0.0.1:9"), aio.Chassis("127.0.0.1:9")):
         with pytest.raises(
-            AttributeError, match=r"no attribute 'speed' to set; .*forward\(0\.5, speed=0\.2\)"
+            AttributeError, match=r"no attribute 'speed' to set; .*forward\(metres, speed=number\)"
         ):
             chassis.speed = 0.5  # type: ignore[union-attr]
         chassis.number = 3  # type: ignore[union-attr]
