@@ -1,4 +1,4 @@
-"""Convert numbers given by callers (numpy, Decimal, Fraction) to Python's float or int.
+"""Convert numbers given by callers (numpy, Decimal, Fraction) to Python's float or int; check callbacks.
 
 Unconverted they fail later: a lock does not accept np.float32 as its time-out, and `time.monotonic() +
 np.float16(0.5)` has steps of 64 seconds or is infinite.
@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import SupportsFloat, overload
+from typing import SupportsFloat, TypeVar, overload
 
 from rosproto.sentence import say
 
-__all__ = ["as_float", "whole"]
+__all__ = ["as_float", "require_callback", "whole"]
+
+T = TypeVar("T")
 
 
 @overload
@@ -56,3 +58,15 @@ def whole(value: object) -> int | None:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
         return None
+
+
+def require_callback(callback: T, what: str = "the callback") -> T:
+    """The callback, checked at once: an error with each message would be far from its cause.
+
+    Raises:
+        TypeError: It is not callable.
+    """
+    if not callable(callback):
+        text = "{what} must be a function, not {given}; give its name without ()"
+        raise TypeError(say(text, what=say(what), given=f"{callback!r:.80}"))
+    return callback

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from rosproto.coercion import as_float
+from rosproto.coercion import as_float, require_callback
 from rosproto.deprecation import former_names
 from rosproto.logs import get_logger
 from rosproto.sentence import say
@@ -173,7 +173,7 @@ class ChassisLease:
         A lapse is reported when the lease is used next.
         """
         with self._lock:
-            self._listeners.append(callback)
+            self._listeners.append(require_callback(callback))
 
         def off() -> None:
             with self._lock:

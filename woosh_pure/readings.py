@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from rosproto.coercion import require_callback
 from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.transport import Deadline
@@ -177,6 +178,7 @@ class Readings:
         It is called in a thread of its own, named `woosh:connection`, at last with False when the Chassis is
         closed. An exception in it is logged with its traceback.
         """
+        require_callback(callback)
         over = threading.Event()
 
         def watch() -> None:

@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 
 from rosproto import names
+from rosproto.coercion import require_callback
 from rosproto.logs import get_logger
 from rosproto.msg.user_folder import environment_paths
 from rosproto.sentence import both, led, say
@@ -80,13 +81,9 @@ def from_environment(
 
 
 def callback_or_none(callback: Callable[..., object] | None, what: str) -> None:
-    """Check a callback at once; an error with each message would be far from its cause.
-
-    Raises:
-        TypeError: It is not callable.
-    """
-    if callback is not None and not callable(callback):
-        raise TypeError(f"{what} must be a function, not {callback!r:.80}")
+    """`require_callback` of one that may be left out."""
+    if callback is not None:
+        require_callback(callback, what)
 
 
 def queue_length(size: int) -> int:

@@ -16,11 +16,19 @@ from collections.abc import Awaitable, Callable, Coroutine, Generator
 from typing import Any, Generic, TypeVar
 from weakref import WeakSet
 
-from rosproto.aio import Pool
+from rosproto.aio import Pool, notify
+from rosproto.coercion import require_callback
 from woosh_pure.connection.call_scope import CallScope
 
 T = TypeVar("T")
 _THREADS = 64
+
+
+def in_loop(callback: Callable[[T], object]) -> Callable[[T], object]:
+    """The callback for a thread, which has it called in the loop that runs now."""
+    loop = asyncio.get_running_loop()
+    require_callback(callback)
+    return lambda value: notify(loop, callback, value)
 
 
 class ThreadCalls:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import functools
 import inspect
 import logging
@@ -14,7 +13,7 @@ from rosproto import aio as ros
 from rosproto.aio import SameProperty
 from rosproto.logs import get_logger
 from woosh_pure import values
-from woosh_pure.aio.calls import AwaitableProperty, ThreadCalls
+from woosh_pure.aio.calls import AwaitableProperty, ThreadCalls, in_loop
 from woosh_pure.aio.drive import VelocityBlock
 from woosh_pure.aio.feed import Readings
 from woosh_pure.aio.goals import ActionHandle, Goal, GoalHandle, NavigationHandle, StepHandle, TaskHandle
@@ -300,8 +299,7 @@ class Chassis(Readings, SettingHints):
 
         It is called in this loop.
         """
-        loop = asyncio.get_running_loop()
-        return self.chassis.on_connection(lambda connected: ros.notify(loop, callback, connected))
+        return self.chassis.on_connection(in_loop(callback))
 
     async def wait_until(
         self, accept: Callable[[values.RobotStatus], bool], timeout: float | None = 60.0

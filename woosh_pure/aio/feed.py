@@ -6,12 +6,12 @@ import asyncio
 from collections.abc import AsyncIterator, Callable, Generator
 from typing import Any, Generic, TypeVar
 
-from rosproto.aio import Mailbox, SameProperty, notify
+from rosproto.aio import Mailbox, SameProperty
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.transport import Deadline
 from woosh_pure import readings, values
-from woosh_pure.aio.calls import ThreadCalls
+from woosh_pure.aio.calls import ThreadCalls, in_loop
 from woosh_pure.connection.arguments import require_timeout
 from woosh_pure.faults import StatusCode
 from woosh_pure.feed import feed
@@ -103,10 +103,8 @@ class Feed(Newest[T]):
         Raises:
             ConnectionLost: The Chassis is closed.
         """
-        loop = asyncio.get_running_loop()
-        return await self._calls.opened(
-            lambda: self.feed.on(lambda value: notify(loop, callback, value)), lambda off: off()
-        )
+        called = in_loop(callback)
+        return await self._calls.opened(lambda: self.feed.on(called), lambda off: off())
 
     async def wait(self, timeout: float | None = 5.0, *, new: bool = True) -> T:
         """The next value.

@@ -8,12 +8,12 @@ from collections.abc import AsyncIterator, Callable, Coroutine, Generator
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
-from rosproto.aio import Mailbox, SameProperty, notify
+from rosproto.aio import Mailbox, SameProperty
 from rosproto.deprecation import former_attribute
 from rosproto.errors import ConnectionLost, RosError
 from rosproto.logs import get_logger
 from rosproto.sentence import say
-from woosh_pure.aio.calls import ThreadCalls
+from woosh_pure.aio.calls import ThreadCalls, in_loop
 from woosh_pure.enums import TaskState
 from woosh_pure.hints import HANDLE, Hints
 from woosh_pure.motion import action_goal, motion, task
@@ -63,16 +63,14 @@ class GoalHandle(Hints, Generic[P]):
 
     def on_progress(self, callback: Callable[[Progress], object]) -> None:
         """Call `callback(progress)` for each report of the chassis, in this loop."""
-        loop = asyncio.get_running_loop()
-        self.handle.on_progress(lambda progress: notify(loop, callback, progress))
+        self.handle.on_progress(in_loop(callback))
 
     def on_done(self, callback: Callable[[Outcome], object]) -> None:
         """Call `callback(outcome)` once, when it has ended: at once if it has.
 
         It is called in this loop.
         """
-        loop = asyncio.get_running_loop()
-        self.handle.on_done(lambda outcome: notify(loop, callback, outcome))
+        self.handle.on_done(in_loop(callback))
 
     async def reports(self) -> AsyncIterator[P]:
         """The chassis's reports as they come; a slow loop skips to the newest. Ends with the goal."""

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rosproto import Node, Subscriber
 from rosproto.codec import decoder
+from rosproto.coercion import require_callback
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node import ConnectedLink, fresh_messages
@@ -359,7 +360,7 @@ class Feed(Newest[T]):
             if callback in self._callbacks:
                 self._callbacks.remove(callback)
 
-        self._callbacks.append(callback)
+        self._callbacks.append(require_callback(callback))
         try:
             if connect:
                 self.connect()

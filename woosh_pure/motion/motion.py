@@ -19,6 +19,7 @@ from enum import Enum
 from functools import partial
 from typing import Any, Generic, TypeVar
 
+from rosproto.coercion import require_callback
 from rosproto.deprecation import former_attribute
 from rosproto.errors import ConnectionLost, LocalProtocolError, RosError
 from rosproto.logs import get_logger
@@ -224,7 +225,7 @@ class Motion(ABC, Generic[P]):
 
     def on_progress(self, callback: Callable[[Progress], object]) -> None:
         """Call `callback(progress)` for each report."""
-        self._callbacks.append(callback)
+        self._callbacks.append(require_callback(callback))
 
     def _advance(self, report: P) -> None:
         self.newest = report
@@ -587,6 +588,7 @@ class GoalHandle(Hints, Generic[P]):
         An exception in it is logged with its traceback. It does not end the goal after `default_timeout`, as
         `wait` does.
         """
+        require_callback(callback)
 
         def run() -> None:
             self._motion.wait(None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import copy
 import inspect
 import pickle
@@ -166,6 +167,29 @@ def test_a_feed_names_its_value_when_it_is_printed_or_called() -> None:
     for feed in (CHASSIS.battery, CHASSIS.aio.battery):
         with pytest.raises(TypeError, match=r"not callable; use \.latest"):
             feed()  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("callback", [5, None], ids=repr)
+@pytest.mark.parametrize(
+    "register",
+    [CHASSIS.battery.on, CHASSIS.on_connection, CHASSIS.lease.on, HANDLE.on_done, HANDLE.on_progress],
+    ids=lambda method: method.__qualname__,
+)
+def test_what_is_not_a_function_is_refused_where_it_is_given(register, callback: object) -> None:
+    """Before a thread or a link is made for it: `on(show())` gives None."""
+    with pytest.raises(
+        TypeError, match=f"the callback must be a function, not {callback}; give its name with"
+    ):
+        register(callback)
+
+
+def test_asyncio_refuses_what_is_not_a_function() -> None:
+    async def register(on) -> None:
+        await on(5)
+
+    for on in (CHASSIS.aio.battery.on, CHASSIS.aio.on_connection):
+        with pytest.raises(TypeError, match="must be a function, not 5"):
+            asyncio.run(register(on))
 
 
 def test_a_command_that_is_meant_is_there() -> None:
