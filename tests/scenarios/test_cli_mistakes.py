@@ -49,6 +49,8 @@ def exit_code(line: str) -> object:
         ("right 10", 2, "did you mean `woosh rotate -DEGREES`?"),
         ("state", 2, "unknown command 'state'; did you mean `woosh status`?"),
         ("go A1", 2, "did you mean `woosh goto MARK`?"),
+        ("move 0", 2, "the way is 0"),
+        ("rotate -0", 2, "the way is 0"),
         ("charge C1 --no", 2, "not understood: --no"),  # and not --no-learned
         ("move 0.5 --no-av", 2, "not understood: --no-av; did you mean --no-avoid"),
         ("stop --end", 2, "not understood: --end"),

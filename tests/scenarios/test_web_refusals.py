@@ -151,6 +151,8 @@ REFUSED: dict[str, tuple[str, Any, str, str]] = {
     "a text for a number": ("pose", {"x": "1", "y": 0.0}, 'x is "1"; allowed: a number from -100000 to 100000 m', 'x 的值是 "1"'),
     "degrees": ("pose", {"x": 1, "y": 0, "yaw": 90}, "yaw is 90; allowed: a number from -6.28318531 to 6.28318531 rad", "单位 rad"),
     "too far": ("goals", {"kind": "move", "distance": 10.5}, "distance is 10.5; allowed:", "distance 的值是 10.5"),
+    "no way": ("goals", {"kind": "move", "distance": 0}, "the way is 0", "距离或角度是 0"),
+    "no angle": ("goals", {"kind": "rotate", "angle": 0, "replace": True}, "the way is 0", "距离或角度是 0"),
     "no time": ("goals", {"kind": "mark", "mark": "A1", "timeout": 0}, "timeout is 0; allowed: a number above 0 and up to 86400 s", "大于 0"),
     "an empty name": ("goals", {"kind": "mark", "mark": ""}, 'mark is ""; allowed: a text of 1 to 200 characters', "1 到 200 个字符"),
     "another part": ("goals", {"kind": "mark", "mark": "A1", "fast": 1}, '"fast" is not known here; known: timeout, replace, kind, mark', "这里没有"),

@@ -120,7 +120,7 @@ def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     """The steps, checked against the interface's limits.
 
     Raises:
-        ValueError: A number is not finite, out of range, or there are no steps.
+        ValueError: A number is not finite, out of range, or there are no steps, or none that moves.
     """
     checked = tuple(steps)
     for step in checked:
@@ -130,6 +130,8 @@ def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
             )
     if not checked:
         raise ValueError("no steps given; a goal needs at least one")
+    if not any(step.data for step in checked):
+        raise ValueError("the way is 0: it would only end another program's goal; to end that, use stop")
     for step in checked:
         _check(step)
     return checked

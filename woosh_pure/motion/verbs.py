@@ -229,7 +229,7 @@ class MotionVerbs:
 
         Raises:
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
-            ValueError: Not finite, too far, or too fast.
+            ValueError: Not finite, 0, too far, or too fast.
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
@@ -262,7 +262,7 @@ class MotionVerbs:
             replace: True ends what this Chassis has under way that moves the base; it ends as replaced.
 
         Raises:
-            ValueError: Not finite, too far, or more than a turn in rad without `several_turns`.
+            ValueError: Not finite, 0, too far, or more than a turn in rad without `several_turns`.
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
@@ -311,7 +311,7 @@ class MotionVerbs:
 
         Raises:
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
-            ValueError: Not finite, too far, or too fast.
+            ValueError: Not finite, 0, too far, or too fast.
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
@@ -345,7 +345,7 @@ class MotionVerbs:
 
         Raises:
             MotionRefused: Not ready, or a velocity block or another motion of this Chassis is under way.
-            ValueError: Not finite, too far, or too fast.
+            ValueError: Not finite, 0, too far, or too fast.
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """

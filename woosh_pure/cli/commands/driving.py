@@ -226,9 +226,9 @@ def add_rotate(parser: ArgumentParser) -> None:
 
 
 def run_rotate(args: Namespace, out: Output) -> int:
-    from woosh_pure.motion.steps import radians_of
+    from woosh_pure.motion.steps import Step, check_steps, radians_of
 
-    radians_of(args.degrees)  # before a master is asked
+    check_steps([Step.turn(radians_of(args.degrees))])  # before a master is asked
     with connect(args, out) as chassis:
         handle = chassis.rotate(
             args.degrees,

@@ -61,8 +61,15 @@ def test_what_the_interface_does_not_take_is_refused(step, match):
         check_steps([Step.straight(0.1), step])
 
 
+def test_a_step_of_nothing_is_a_step_beside_one_that_moves():
+    """As in a way that is computed; alone it would only end the goal of somebody else."""
+    check_steps([Step.straight(0.0), Step.turn(0.1)])
+    with pytest.raises(ValueError, match="the way is 0"):
+        check_steps([Step.straight(-0.0), Step.turn(0.0)])
+
+
 @pytest.mark.parametrize(
-    ("degrees", "radians"), [(0, 0.0), (-90, -math.pi / 2), (400, 6.98131701), (-3600, -MAX_ANGLE)]
+    ("degrees", "radians"), [(-90, -math.pi / 2), (400, 6.98131701), (-3600, -MAX_ANGLE)]
 )
 def test_degrees_of_a_turn_may_be_ten_turns(degrees: float, radians: float) -> None:
     """Who says degrees means them, so `several_turns` is for radians alone, as with `woosh rotate 400`."""
