@@ -23,7 +23,7 @@ left(degrees): turn turn_left lt spin rotate_left rotate_by setheading
 right(degrees): turn_right rt rotate_right
 go_to_mark(name), or go_to(x, y, yaw): goto navigate navigate_to drive_to move_to go_to_pose goto_position
 go_to(x, y, yaw): move_base send_goal set_goal goal setpos trajectory_command
-go_to_mark(name), as on the robot's map; `woosh marks` keeps a list: marks list_marks positions waypoints
+go_to_mark(name), as on the robot's map; `woosh marks` keeps a list: marks get_marks list_marks positions waypoints
 pose.latest (None before the first): position x y yaw theta heading location where pos xcor ycor
 pose.latest (None before the first): odom get_pose get_position coordinates
 battery.latest.percent (None before the first): battery_level battery_percent battery_percentage get_battery
@@ -31,6 +31,8 @@ measured_velocity.latest, or under_way: is_moving moving speed get_speed get_vel
 stop(): halt brake emergency_stop estop freeze abort stop_all
 stop(); a simulation is reset by sim.reset() or on its page: reset restart
 stop(), or cancel() of the handle: cancel cancel_all cancel_goal
+stop(), or pause() and resume() of the handle: pause resume
+Chassis(address, timeout=seconds): timeout
 velocity(bypasses_protection=True): set_speed set_velocity cmd_vel motors set_motors publish motor_left_target
 connected; `with Chassis(...) as chassis:` connects and closes: is_connected connect disconnect open shutdown
 status.latest, or readiness(): state get_status get_state robot_state is_ready ready can_move
@@ -40,7 +42,7 @@ scan.latest: lidar laser ranges get_scan prox sensor sensors ultrasonic
 scan.latest: distance get_distance obstacle obstacles
 pose.latest.distance_to(other): distance_to distance_from
 on_connection(callback): on_disconnect on_disconnected on_lost on_connected on_connect on_connection_lost
-pose.on(callback), as of each feed: on subscribe subscriber listen callback on_message add_callback
+pose.on(callback), as of each feed: on subscribe subscriber listen callback on_message add_callback on_battery on_pose on_status on_scan
 camera.latest: image picture photo get_image
 charge(mark), or park(mark): dock go_home home mission
 light("red"): led leds set_led set_light lights color set_color leds_top pencolor
@@ -54,7 +56,7 @@ outcome (None while it runs), or wait(): result get_result state status error fa
 done: is_done finished is_finished completed is_active running is_running
 cancel(): stop abort preempt cancel_goal
 wait(timeout): join wait_for_result wait_until_done get
-on_done(callback): add_done_callback then done_callback on_finish on_complete
+on_done(callback): add_done_callback then done_callback on_finish on_complete on_failed on_arrived
 progress: feedback get_progress eta remaining metres_left percent progress_line
 """
 OUTCOME = """
@@ -63,7 +65,7 @@ sentence(): message reason error why
 kind: status state result cancelled failed
 """
 FEED = """
-latest.NAME, latest is None at first: percent charging x y yaw theta vx wz ranges robot_state
+latest.NAME, latest is None at first: percent percentage level charging x y yaw theta vx wz ranges robot_state
 latest, or wait() for the next one: value get read last newest message
 on(callback): subscribe callback listen add_callback
 """
