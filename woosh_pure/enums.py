@@ -10,6 +10,7 @@ from enum import IntEnum
 from typing import TypeVar
 
 from rosproto.coercion import whole
+from rosproto.sentence import both, say
 
 __all__ = [
     "COLOURS",
@@ -39,10 +40,13 @@ class _OpenIntEnum(IntEnum):
     """An enum that firmware may extend: an unknown number becomes a pseudo-member instead of an error."""
 
     @classmethod
-    def _missing_(cls: type[_E], value: object) -> _E | None:
+    def _missing_(cls: type[_E], value: object) -> _E:
         number = whole(value)
         if number is None:
-            return None
+            members = say("one of: {names}", names=[f"{cls.__name__}.{m.name}" for m in cls])
+            raise ValueError(
+                both(say("{value!r} is not a valid {noun}", value=value, noun=cls.__name__), members)
+            )
         member = int.__new__(cls, number)
         member._name_ = f"UNKNOWN_{number}"
         member._value_ = number

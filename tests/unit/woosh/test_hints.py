@@ -194,6 +194,12 @@ def test_asyncio_refuses_what_is_not_a_function() -> None:
             asyncio.run(register(on))
 
 
+@pytest.mark.parametrize("mode", ["avoid", None, 1.5], ids=repr)
+def test_a_wrong_mode_is_answered_by_the_modes_there_are(mode: object) -> None:
+    with pytest.raises(ValueError, match=r"is not a valid NavigationMode; one of: NavigationMode\.\w+, Nav"):
+        CHASSIS.set_navigation_mode(mode)  # type: ignore[arg-type]
+
+
 def test_a_command_that_is_meant_is_there() -> None:
     from woosh_pure.cli.commands import COMMANDS
 
