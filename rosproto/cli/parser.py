@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -125,6 +126,7 @@ class Parser(argparse.ArgumentParser):
         argparse fills a positional only from one group of adjacent words. In `play -r 2 a.bag /b` and
         `pub /cmd TYPE -r 1 -- 1 2` the remaining words are added to the argument that takes many.
         """
+        self._check_places(args or ())
         try:
             found, rest = super().parse_known_args(self._with_units(args), namespace)
         except argparse.ArgumentError as error:
@@ -139,6 +141,16 @@ class Parser(argparse.ArgumentParser):
             unknown = say("not understood: {words}", words=" ".join(rest))
             self.error(both(unknown, *hint(words[0], self.options)) if words else unknown)
         return found, rest
+
+    def _check_places(self, words: Sequence[str]) -> None:
+        """Refuse an option before the command that follows one: its value would be read as the command."""
+        verbs = [verb for action in self.actions for verb in verbs_of(action)]
+        before = itertools.takewhile(lambda word: verbs and word not in verbs, words)
+        names = (word.partition("=")[0] for word in before if word.startswith("--"))
+        if wrong := next((name for name in names if name not in {*self.options, "--"}), ""):
+            line = f"{self.prog} {next((word for word in words if word in verbs), 'COMMAND')} ... {wrong}"
+            place = say("an option of a command is written behind it: {line}", line=line)
+            self.error(both(say("not understood: {words}", words=wrong), *hint(wrong, self.options), place))
 
     def _with_units(self, words: Sequence[str] | None) -> Sequence[str] | None:
         """Join `1 m`, and put a blank in front of `-90°`, which argparse takes for an option without it."""

@@ -31,6 +31,19 @@ def exit_code(line: str) -> object:
     [
         ("goto", 2, "give a mark or --pose"),
         ("goto 1 2", 2, "for a pose write: woosh goto --pose 1 2 DEGREES"),
+        (
+            "--timeout 1 goto A1",
+            2,
+            "not understood: --timeout; an option of a command is written behind it: woosh goto",
+        ),
+        (
+            "--sim --speed 0.2 goto A1",
+            2,
+            "an option of a command is written behind it: woosh goto ... --speed",
+        ),
+        ("--chasis 127.0.0.1 status", 2, "not understood: --chasis; did you mean --chassis?"),
+        ("goto 1,0", 2, "for a pose write: woosh goto --pose 1 0 DEGREES"),
+        ("goto 1,-0.5,90", 2, "for a pose write: woosh goto --pose 1 -0.5 90"),
         ("goto 1 2 90", 2, "for a pose write: woosh goto --pose 1 2 90"),
         ("goto 会议 室", 2, "a mark is one word; quote it: woosh goto '会议 室'"),
         ("led", 2, "give a state (see --list) or --color"),

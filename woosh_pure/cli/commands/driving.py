@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from typing import TYPE_CHECKING
 
@@ -37,6 +38,8 @@ def add_goto(parser: ArgumentParser) -> None:
 
 
 def run_goto(args: Namespace, out: Output) -> int:
+    if args.mark and re.fullmatch(r"-?[\d.]+(,-?[\d.]+)+", args.mark):
+        args.mark, *args.more = [*args.mark.split(","), *args.more]
     if args.more:
         raise ValueError(_several([args.mark, *args.more]))
     if args.mark is None and args.pose is None:
