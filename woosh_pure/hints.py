@@ -174,7 +174,7 @@ class Hints:
                 right = meant(self._hints, name)
                 if not right or hasattr(type(self), name):
                     raise
-                text = both(str(error), say("use {right}", right=say(right)))
+                text = both(str(error), say("use {right}", right=say(right) if " " in right else right))
                 raise AttributeError(text, name=name, obj=self) from None
 
 

@@ -126,6 +126,14 @@ def test_the_hint_to_a_wrong_guess_is_said_in_chinese() -> None:
         assert str(caught.value).isascii()
 
 
+@pytest.mark.parametrize(("guess", "right"), [("success", "arrived"), ("ok", "arrived")])
+def test_the_hint_to_a_name_of_an_attribute_keeps_the_name(guess: str, right: str) -> None:
+    """A word such as "arrived" is also a sentence of the table; what is typed is not translated."""
+    with pytest.raises(AttributeError) as caught:
+        getattr(FAILED, guess)
+    assert said(caught.value, "zh").endswith(f"请用 {right}")
+
+
 def test_every_hint_in_words_has_its_chinese() -> None:
     left = [
         right
