@@ -392,7 +392,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
                 "a velocity bypasses the chassis's obstacle avoidance and limits; "
                 "acknowledge it with bypasses_protection=True"
             )
-        self._components.readiness_state.require_ready("velocity", check)
+        self._components.readiness_state.require_ready(say("velocity"), check)
         limits = self._drive_limits(max_linear, max_angular)
         topic = VELOCITY_TOPICS["direct" if direct else "smooth"]
         return Drive(self._components, topic, limits, feedback_timeout, since=since, check=check, share=share)

@@ -241,12 +241,13 @@ def start_navigation(
     since = components.motions.since
     for pose in path:
         pose.require_sensible()
-    components.readiness_state.require_ready("navigation", check)
+    described = say("navigation to {where}", where=path[-1])
+    components.readiness_state.require_ready(described, check)
     goal = message_type("woosh_msgs/MoveBaseGoal")()
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
-    motion = ActionMotion(components, "/move_base", say("navigation to {where}", where=path[-1]), drives=True)
+    motion = ActionMotion(components, "/move_base", described, drives=True)
     motion.way = PlannedWay(components.feeds)
     handle = NavigationHandle(motion, timeout)
     motion.begin(goal, since, check=check, replace=replace)
@@ -485,7 +486,7 @@ def start_steps(
     """Send steps to /cmd_vel_control as one goal."""
     since = components.motions.since
     checked = check_steps(steps)
-    components.readiness_state.require_ready("step move", check)
+    components.readiness_state.require_ready(_in_a_row(checked), check)
     expected = 15.0 + 2.0 * sum(step.expected_seconds for step in checked)
     motion = StepMotion(components, checked, avoid)
     handle = StepHandle(motion, expected if timeout is None else timeout)

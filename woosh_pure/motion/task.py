@@ -492,7 +492,7 @@ def start_task(
     """Subscribe first, then call the service, so that no status is missed."""
     since = components.motions.since
     order.check()
-    components.readiness_state.require_ready("task", check)
+    components.readiness_state.require_ready(order.sentence(), check)
     components.feeds.require_publisher("status")
     motion = TaskMotion(components, order)
     motion.way = PlannedWay(components.feeds)

@@ -376,7 +376,7 @@ class ActiveMotions:
         self._prepare()
         under_way = [goal for goal in self.goals if not goal.done]  # `done` may use the network
         with self._lock:
-            self._require_no_stop("velocity", since)
+            self._require_no_stop(say("velocity"), since)
             driving = [goal.description for goal in self.goals if goal in under_way and goal.drives]
             if check and driving:
                 raise MotionRefused(
@@ -393,7 +393,7 @@ class ActiveMotions:
             self._will_move()
             self._drives = (drive,)
             try:
-                self._require_no_stop("velocity", since)
+                self._require_no_stop(say("velocity"), since)
             except BaseException:
                 self._drives = ()
                 raise

@@ -104,7 +104,7 @@ class Drive:
                 components.feeds.require_heard("velocity", 3.0)
             components.watchdog_client.drive(self.topic)
             # Readiness may have changed since `chassis.velocity(...)` was called.
-            components.readiness_state.require_ready("velocity", self._check)
+            components.readiness_state.require_ready(say("velocity"), self._check)
             components.velocity.begin(self.topic)
             components.motions.add_drive(self, self._since, check=self._check)
             undo.callback(components.motions.remove_drive, self)

@@ -60,7 +60,7 @@ test("a word that is not known is shown as it came", () => {
 
 test("what was asked is told in the language of the page", () => {
   use("zh");
-  assert.equal(whatText({ key: "mark", values: { mark: "A1" } }), "前往 A1");
+  assert.equal(whatText({ key: "mark", values: { mark: "A1" } }), "前往“A1”");
   assert.equal(whatText({ key: "rotate", values: { angle: 4.712, speed: 0 } }), "旋转 270°");
   assert.equal(whoText("page 3 at 10.0.0.7"), "网页 3（10.0.0.7）");
   use("en");

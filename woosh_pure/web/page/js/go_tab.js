@@ -51,7 +51,7 @@ export class GoTab {
           event.preventDefault();
           begin(Number(input.value));
         },
-      }, el("label", { for: `amount-${name}` }, label), input, el("span", { class: "quiet" }, unit), el("button", {}, t("go.go")));
+      }, el("label", { for: `amount-${name}` }, label), input, el("span", { class: "quiet" }, unit), el("button", {}, t("go.do")));
     };
     return el("section", { class: "card" },
       el("h3", {}, t("go.amounts")),

@@ -66,6 +66,7 @@ export const en = {
   "go.title": "Where should it go?",
   "go.first": "Touch a mark, here or on the map, then Start.",
   "go.go": "Go",
+  "go.do": "Go",
   "go.start": "Start",
   "go.replace": "Start this instead",
   "go.cancel": "Cancel",

@@ -24,7 +24,7 @@ export const state = {
   "ready.notice": "现在不能移动：{why}",
   "why.emergency_stop": "急停已按下。",
   "why.reported": "机器人报告：{fault}。",
-  "why.maybe": "这是连接断开之前报告的，可能已经解除。",
+  "why.maybe": "这是连接中断之前报告的，可能已经解除。",
   "why.call": "有别的正在进行，或者按了停止。",
   "why.bumper": "防撞条被触碰。",
   "why.manual_mode": "钥匙开关在手动位置。",
