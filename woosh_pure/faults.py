@@ -186,14 +186,12 @@ def decode_status_code(code: int) -> StatusCode:
 
 def with_words(text: str) -> str:
     """Return a chassis's text about a goal with the words of its code ("status code 110201000013")."""
-    found = re.search(r"status code (\d{6,20})(?! \()", text)
+    found = re.fullmatch(r"status code (\d{6,20})", text)
     if found is None:
         return text
     code = decode_status_code(int(found[1]))
-    if text == found[0]:
-        words = _VendorWords(code.english, code.chinese)
-        return say("status code {code} ({words})", code=found[1], words=words)
-    return text.replace(found[0], f"{found[0]} ({code.english})")
+    words = _VendorWords(code.english, code.chinese)
+    return say("status code {code} ({words})", code=found[1], words=words)
 
 
 def _department(digits: str) -> Department:

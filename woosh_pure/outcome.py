@@ -73,7 +73,7 @@ class Outcome(Spoken, Hints):
         """Return one sentence for people: the goal, its end, the reason and the next step."""
         how = "{goal}: {kind} after {seconds:.1f} s"
         parts: list[str] = [say(how, goal=self.description, kind=self.kind, seconds=self.seconds)]
-        if self.text:
+        if self.text not in ("", self.kind.value):
             parts.append(with_words(self.text))
         if not self.arrived:
             if self.kind is not OutcomeKind.REPLACED or self.stopped:

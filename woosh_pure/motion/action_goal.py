@@ -22,7 +22,7 @@ from woosh_pure.connection.connection import FinalMessage
 from woosh_pure.connection.firmware_limits import require_goal
 from woosh_pure.enums import ExecutionMode, StepControlMode, StepMode
 from woosh_pure.errors import MotionRefused
-from woosh_pure.faults import Faults
+from woosh_pure.faults import Faults, with_words
 from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.schema import Row
 from woosh_pure.motion.motion import GoalHandle, Motion
@@ -209,7 +209,8 @@ class ActionMotion(Motion[Any]):
             faults = self.components.readiness_state.active_faults()
         except ConnectionLost:  # the Chassis was closed meanwhile
             faults = Faults()
-        known = [part for part in (text, *map(str, faults)) if part]
+        told = [str(fault) for fault in faults if text != f"status code {fault.code}"]
+        known = [with_words(text), *told] if text else told
         return both(*known) if known else ""
 
 

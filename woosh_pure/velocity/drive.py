@@ -203,6 +203,7 @@ class Drive:
 
     def halt(self, why: str) -> None:
         """End the drive; zero follows at once, and it never resumes. Does not wait."""
+        why = say(why)
         self._end(
             MotionRefused(say("the drive is over: {why}; open a new one with chassis.velocity(...)", why=why))
         )

@@ -137,7 +137,7 @@ def said_part(text: str) -> dict[str, str] | None:
     words = getattr(said, "values", {}).get("words")
     if words is not None:  # a status code alone: its meaning
         return {"text": printable(words.said("en")), "text_zh": printable(words.said("zh"))}
-    return {"text": printable(said), "text_zh": printable(translated(said, "zh"))}
+    return {"text": "".join(printable(said)), "text_zh": printable(translated(said, "zh"))}
 
 
 def faults_part(faults: Faults) -> dict[str, object]:

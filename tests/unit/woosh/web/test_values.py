@@ -15,6 +15,7 @@ import pytest
 pytest.importorskip("pydantic", reason="needs the extra `web`")
 
 from rosproto.errors import ConnectionLost, RosTimeout, ServiceError
+from rosproto.sentence import say
 from woosh_pure.errors import ChassisError, FirmwareLimit, MotionRefused, StaleState
 from woosh_pure.faults import decode_status_code
 from woosh_pure.geometry import Pose2D, Velocity
@@ -25,7 +26,7 @@ from woosh_pure.readiness.readiness_state import assess
 from woosh_pure.reasons import Readiness, Reason
 from woosh_pure.web.access import Clients
 from woosh_pure.web.goals import Journal, command
-from woosh_pure.web.http_errors import Problem, problem_of
+from woosh_pure.web.http_errors import Problem, problem_of, worded
 from woosh_pure.web.live.frames import MAX_CELLS, MAX_RANGES, PART, camera_frame, costmap_frames, scan_frame
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import mark_part
@@ -146,6 +147,11 @@ def test_what_the_robot_said_is_told_in_both_languages() -> None:
         "text_zh": "急停按钮1被按下",
     }
     assert said_part("the robot is in fault")["text_zh"] != "the robot is in fault"  # type: ignore[index]
+    late = said_part(say("not finished within {seconds:.1f} s", seconds=1.0))
+    assert worded(late, {"accept-language": "zh"}) == {
+        "text": "not finished within 1.0 s",
+        "text_zh": "时限是 1.0 秒",
+    }
 
 
 def test_a_command_has_a_key_and_values_beside_its_words() -> None:
