@@ -232,7 +232,7 @@ def _name(owner: str) -> str:
                 owner=owner,
             )
         )
-    return owner
+    return "".join(owner)
 
 
 def _seconds(seconds: float) -> float:

@@ -79,7 +79,7 @@ def language_of(
         name, equals, value = word.partition("=")
         if name == "--lang":
             given = value if equals else next(iter(words[number + 1 :]), "")
-            meant = "zh" if given[:2].lower() in ("zh", "cn") else "en"
+            meant = "zh" if given[:2].lower() in ("zh", "cn", "中文", "汉语") else "en"
             return given if given in LANGUAGES else meant
         if word == "--":
             break

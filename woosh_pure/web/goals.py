@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 from rosproto.errors import RosError
 from rosproto.sentence import say, shown
-from rosproto.text import printable, short
+from rosproto.text import short
 from woosh_pure.errors import MotionRefused
 from woosh_pure.motion.motion import GoalHandle
 from woosh_pure.outcome import Outcome, OutcomeKind
@@ -96,7 +96,7 @@ class Journal:
         text, key, values = what if isinstance(what, Command) else Command(what)
         with self._lock:
             number = next(self._numbers)
-            began, who, text = round(time.time(), 3), short(printable(who), 200), short(shown(text), 200)
+            began, who, text = round(time.time(), 3), short(shown(who), 200), short(shown(text), 200)
             entry = Entry(
                 id=number,
                 at=began,

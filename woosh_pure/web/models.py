@@ -394,7 +394,7 @@ class Goal(Answer):
 
     id: str
     kind: str
-    who: str
+    who: Words
     description: str
     begun: float
     state: str
@@ -567,7 +567,7 @@ class Entry(Answer):
 
     id: Annotated[int, Field(description="grows by one with each entry")]
     at: Annotated[float, Field(description="when it began, s since 1970; `ended` is null before its end")]
-    who: str
+    who: Words
     what: Words
     state: Annotated[str, Field(description="`under way`, or how it ended: `arrived`, `refused`, `done` ...")]
     text: Words
@@ -583,7 +583,7 @@ class Recording(Answer):
     """A recorded bag."""
 
     id: str
-    who: str
+    who: Words
     name: str
     begun: float
     running: bool

@@ -7,6 +7,7 @@ from typing import cast
 
 from fastapi import Path, Request
 
+from rosproto.sentence import say
 from woosh_pure.web.access import Client
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, title_of
@@ -71,7 +72,8 @@ def client_of(request: Request) -> Client:
     """
     session = request.headers.get(SESSION, "")
     if not session:
-        return Client("", f"program at {address_of(request)}", address_of(request))
+        address = address_of(request)
+        return Client("", say("program at {address}", address=address), address)
     client = context_of(request).clients.by_session(session)
     if client is None:
         raise Problem(
@@ -85,7 +87,7 @@ def name_of(request: Request) -> str:
     try:
         return client_of(request).name
     except Problem:
-        return f"page of another session at {address_of(request)}"
+        return say("page of another session at {address}", address=address_of(request))
 
 
 async def connected(request: Request) -> None:
