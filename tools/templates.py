@@ -84,6 +84,18 @@ FROM_ARGPARSE = {
     "show this help message and exit",
     "show program's version number and exit",
 }
+FROM_JSON = {
+    "Expecting value",
+    "Expecting property name enclosed in double quotes",
+    "Expecting ',' delimiter",
+    "Expecting ':' delimiter",
+    "Extra data",
+    "Invalid control character at",
+    "Unterminated string starting at",
+    "Illegal trailing comma before end of object",
+    "Illegal trailing comma before end of array",
+}
+"""Of Python's module `json`."""
 _SAYING = {"say", "advice", "both", "led"}
 _MAY_SAY = re.compile(r"\b(say|advice|both|led|line)\(")
 _LEFT_OUT_CALLS = set(
@@ -247,6 +259,7 @@ def unsaid() -> list[str]:
         *map(str, members),
         *(each.name.lower() for each in members),
         *FROM_ARGPARSE,
+        *FROM_JSON,
         *texts(),
         *help_texts(),
         *hinted(),

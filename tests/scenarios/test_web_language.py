@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -60,10 +61,16 @@ def test_no_answer_to_a_chinese_request_has_english_sentences(web: Served, sim: 
     ]
     answers += [ask("GET", "faults"), ask("POST", "stop"), ask("GET", f"goals/{number}/wait")]
     answers += [ask("POST", "pose", {"x": 1.0, "y": 0.5}), ask("GET", "journal")]
-    for said in sentences(answers):
+    for said in sentences(answers) + chinese(answers):
         assert not english_left(said), said
     text = " ".join(sentences(answers))
-    for words in ("直行 5.000 米", "直行 5.00 米", "已取消", "机器人已停稳", "127.0.0.1 上的程序停止了机器人"):
+    for words in (
+        "直行 5.000 米",
+        "直行 5.00 米",
+        "已取消",
+        "机器人已停稳",
+        "127.0.0.1 上的程序停止了机器人",
+    ):
         assert words in text, (words, text)
     english = " ".join(sentences([web.get("journal").json, web.get("goals").json, web.post("stop").json]))
     assert english.isascii()
@@ -76,11 +83,55 @@ def test_the_reasons_of_a_refusal_are_in_the_language_of_the_request(
     sim.press_emergency_stop()
     refused = web.post("goals", {"kind": "mark", "mark": "nowhere"}, headers=CHINESE)
     assert refused.status == 409
-    for said in sentences(refused.json):
-        assert not english_left(said.replace("nowhere", "")), said
+    assert refused.json["detail"].startswith("前往“nowhere”")  # by us, or by a chassis that knew it sooner
     journal = web.get("journal", headers=CHINESE).json[-1]
     assert journal["what"] == "前往“nowhere”"
     assert web.get("journal").json[-1]["what"] == "go to nowhere"
+    step = web.post("goals", {"kind": "move", "distance": 0.2}, headers=CHINESE)
+    assert step.json["detail"].startswith("直行 0.200 米被拒绝，没有发送任何命令；急停")
+    for said in sentences([refused.json, step.json]):
+        assert not english_left(said.replace("nowhere", "")), said
+
+
+def chinese(document: Any) -> list[str]:
+    """The Chinese sentence of each pair of `text` and `text_zh`."""
+    if isinstance(document, list):
+        return [each for part in document for each in chinese(part)]
+    if not isinstance(document, dict):
+        return []
+    pair = [document["text_zh"]] if "text_zh" in document else []
+    return pair + [each for part in document.values() for each in chinese(part)]
+
+
+def test_the_end_before_an_obstacle_is_told_once_and_in_the_language_of_its_field(
+    web: Served, sim: SimulatedChassis
+) -> None:
+    sim.add_obstacle(1.0, 0.0)
+    goal = web.post("goals", {"kind": "move", "distance": 3.0}, headers=CHINESE).json
+    ended = web.get(f"goals/{goal['id']}/wait", headers=CHINESE).json
+    assert ended["state"] == "failed"
+    assert ended["text"].count("130701000032") == 1
+    assert ended["said"] == {
+        "text": "step movement: obstacle wait timed out",
+        "text_zh": "单步移动等待障碍物超时",
+    }
+    for said in sentences(ended) + chinese(ended):
+        assert not english_left(said), said
+
+
+def test_what_a_request_is_refused_for_is_told_without_python(web: Served) -> None:
+    here = {"name": "门口", "x": 1.0, "y": 1.0}
+    assert web.post("marks", here, headers=CHINESE).status < 300
+    web.post("goals", {"kind": "move", "distance": 5.0})
+    second = web.post("goals", {"kind": "rotate", "angle": 1.0}, headers=CHINESE).json
+    assert "replace=True" not in json.dumps(second)
+    refused = [
+        web.post("marks", here, headers=CHINESE).json,
+        second,
+        web.post("goals", b'{"kind": ', headers=CHINESE).json,
+    ]
+    for said in sentences(refused):
+        assert not english_left(said), said
 
 
 @pytest.mark.structure

@@ -198,7 +198,7 @@ def test_a_parameter_of_the_address_is_refused_the_same_way(web: Served) -> None
 @pytest.mark.structure
 def test_what_is_said_to_clients_in_place_of_advice_for_python_has_its_chinese() -> None:
     from woosh_pure.language.table import translator_for
-    from woosh_pure.web.http_errors import ADVICE
+    from woosh_pure.web.snapshot import ADVICE
 
     assert [text for text in ADVICE.values() if not translator_for("zh").has(text)] == []
 

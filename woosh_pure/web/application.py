@@ -170,7 +170,7 @@ def _wrong_body(request: Request, error: ErrorDetails) -> str:
     """Describe why a body is not JSON; "" if it is JSON."""
     if error.get("type") == "json_invalid":
         reason, at = error.get("ctx", {}).get("error", ""), error.get("loc", ("", "?"))[-1]
-        return say("the body is not JSON: {reason} (at character {at})", reason=reason, at=at)
+        return say("the body is not JSON: {reason} (at character {at})", reason=say(reason), at=at)
     if tuple(error.get("loc", ())) != ("body",):
         return ""
     if error.get("type") == "missing":

@@ -304,9 +304,9 @@ class GoalManager:
             self._journal.end(goal.entry, "not known", str(error))
         else:
             goal.outcome = outcome
+            goal.said = None if outcome.arrived else said_part(outcome.text)
             goal.ended.set()  # first, because the following calls may block
             goal.reasons = self._reasons(outcome)
-            goal.said = None if outcome.arrived else said_part(outcome.text)
             text = for_clients(str(outcome))
             self._journal.end(goal.entry, outcome.kind.value, text, reasons=goal.reasons, said=goal.said)
 

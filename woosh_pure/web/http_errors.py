@@ -19,7 +19,7 @@ from rosproto.sentence import Sentence, say, sentence_of, shown
 from rosproto.text import printable
 from woosh_pure.errors import ApiRefused, ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
 from woosh_pure.language import translated
-from woosh_pure.web.snapshot import plain, reasons_part, said_part
+from woosh_pure.web.snapshot import ADVICE, plain, reasons_part, said_part
 
 T = TypeVar("T")
 MEDIA_TYPE = "application/problem+json"
@@ -55,18 +55,6 @@ REFUSAL_KINDS = {
     "too-many-tokens": "too-many-tokens",
 }
 """Kinds of problems, by the reason of an `AdmissionRefusal`."""
-_NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
-ADVICE = {
-    "readiness-and-faults": "see GET readiness and GET faults",
-    "readiness": "see GET readiness for what is in the way",
-    "block-open": "{what} refused, nothing was sent: somebody drives by hand; wait for the end of it, or "
-    "stop the robot",
-    "replace": "{what} refused, nothing was sent: {goals} is under way and would be lost; wait for it or "
-    'cancel it, or replace it with "replace": true',
-    "stopped": "{what}: a stop came while it was being prepared; nothing was sent",
-    "not-there": _NOT_THERE,
-}
-"""What clients of the API are told in place of advice for Python programs: by its key, a template."""
 KINDS: tuple[tuple[type[Exception], int, str], ...] = (
     (MotionRefused, 409, "motion-refused"),
     (StaleState, 503, "stale-state"),

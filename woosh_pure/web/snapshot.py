@@ -25,6 +25,18 @@ from woosh_pure.values.state import Battery, RobotStatus
 
 plain = partial(json_values.plain, text=printable)
 
+_NOT_THERE = "a node of the chassis is down, or this chassis does not have it; try `woosh doctor`"
+ADVICE = {
+    "readiness-and-faults": "see GET readiness and GET faults",
+    "readiness": "see GET readiness for what is in the way",
+    "block-open": "{what} refused, nothing was sent: somebody drives by hand; wait for the end of it, or "
+    "stop the robot",
+    "replace": "{what} refused, nothing was sent: {goals} is under way and would be lost; wait for it or "
+    'cancel it, or replace it with "replace": true',
+    "stopped": "{what}: a stop came while it was being prepared; nothing was sent",
+    "not-there": _NOT_THERE,
+}
+"""What clients of the API are told in place of advice for Python programs: by its key, a template."""
 LISTENED = ("status", "pose", "velocity", "battery", "odometer", "localization", "information")
 """The feeds of the snapshot."""
 
@@ -120,7 +132,7 @@ def reasons_part(reasons: Iterable[Reason]) -> list[dict[str, object]]:
     return [
         {
             "key": str(reason.key),
-            "text": shown(say(reason.text)),
+            "text": shown(say(reason.text).advised(ADVICE)),
             "values": plain(getattr(reason.text, "values", {})),
             "blocking": reason.blocking,
             "doubt": reason.doubt,
