@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -189,10 +190,11 @@ def lease_part(
 
 
 def stop_part(report: StopReport) -> dict[str, object]:
-    """The result of a stop."""
+    """The result of a stop. Its text has the first problem: without a master all have the same cause."""
+    more = [say("{count} more steps", count=len(report.problems) - 1)] if report.problems[1:] else []
     return {
         "stands_still": report.standing,
-        "text": str(report),
+        "text": str(replace(report, problems=report.problems[:1] + more)),
         "cancelled": list(report.cancelled),
         "problems": list(report.problems),
         "pending": list(report.pending),

@@ -24,6 +24,7 @@ from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark
 from woosh_pure.readiness.readiness_state import assess
 from woosh_pure.reasons import Readiness, Reason
+from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.access import Clients
 from woosh_pure.web.goals import Journal, command
 from woosh_pure.web.http_errors import Problem, problem_of, worded
@@ -38,6 +39,7 @@ from woosh_pure.web.snapshot import (
     readiness_part,
     said_part,
     state_parts,
+    stop_part,
     text_of,
 )
 
@@ -152,6 +154,17 @@ def test_what_the_robot_said_is_told_in_both_languages() -> None:
         "text": "not finished within 1.0 s",
         "text_zh": "时限是 1.0 秒",
     }
+
+
+def test_the_text_of_a_stop_without_a_master_tells_the_cause_once() -> None:
+    """Each step fails for the same reason; all of them are in `problems`."""
+    failed = [
+        say("cancelling {goal} ({error})", goal=f"task {n}", error="connection refused") for n in range(8)
+    ]
+    part = stop_part(StopReport(problems=list(failed)))
+    assert part["problems"] == failed
+    assert str(part["text"]).endswith("not done: cancelling task 0 (connection refused); 7 more steps")
+    assert str(stop_part(StopReport(problems=failed[:1]))["text"]).endswith("task 0 (connection refused)")
 
 
 def test_a_command_has_a_key_and_values_beside_its_words() -> None:
