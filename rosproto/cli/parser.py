@@ -255,6 +255,7 @@ def synopsis(command: str, parser: Parser, known: Iterable[str] = ("-h", "--help
     for action in parser.actions:
         if not action.option_strings and _shown(action):
             names = value_names(action)
+            names = parser.spoken(names) if names.isupper() else names  # others are words of an error, too
             words.append(f"[{names}]" if action.nargs in ("?", "*") else names)
     return " ".join(words)
 
