@@ -7,7 +7,6 @@ from types import SimpleNamespace
 from typing import cast
 
 from rosproto.json_text import JsonError, JsonReader
-
 from woosh_pure.api_server.session import respond
 from woosh_pure.api_server.state import ApiState
 from woosh_pure.robot_api import wire

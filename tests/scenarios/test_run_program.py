@@ -78,8 +78,12 @@ def test_a_missing_file_is_an_error_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.name == "nt", reason="sends POSIX signals to a process")
-@pytest.mark.promise("Ctrl-C or SIGTERM in a `woosh` command", "SIGQUIT (Ctrl-\\\\) or SIGHUP to a `woosh` command")
-@pytest.mark.parametrize(("name", "code"), [("SIGTERM", 143), ("SIGHUP", 143), ("SIGQUIT", 143), ("SIGINT", 130)])
+@pytest.mark.promise(
+    "Ctrl-C or SIGTERM in a `woosh` command", "SIGQUIT (Ctrl-\\\\) or SIGHUP to a `woosh` command"
+)
+@pytest.mark.parametrize(
+    ("name", "code"), [("SIGTERM", 143), ("SIGHUP", 143), ("SIGQUIT", 143), ("SIGINT", 130)]
+)
 def test_a_signal_ends_the_program_and_stops_its_motion(
     name: str, code: int, sim: SimulatedChassis, real_time: object, tmp_path: Path, until: Callable[..., None]
 ) -> None:

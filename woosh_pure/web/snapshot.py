@@ -191,7 +191,9 @@ def lease_part(
 
 def stop_part(report: StopReport) -> dict[str, object]:
     """The result of a stop. Its text has the first problem: without a master all have the same cause."""
-    more = [say("{count} more steps", count=len(report.problems) - 1)] if report.problems[1:] else []
+    more: list[str] = (
+        [say("{count} more steps", count=len(report.problems) - 1)] if report.problems[1:] else []
+    )
     return {
         "stands_still": report.standing,
         "text": str(replace(report, problems=report.problems[:1] + more)),

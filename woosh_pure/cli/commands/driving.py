@@ -39,7 +39,8 @@ def add_goto(parser: ArgumentParser) -> None:
 
 def run_goto(args: Namespace, out: Output) -> int:
     if args.mark and re.fullmatch(r"-?[\d.]+(,-?[\d.]+)+", args.mark):
-        args.mark, *args.more = [*args.mark.split(","), *args.more]
+        args.more = [*args.mark.split(",")[1:], *args.more]
+        args.mark = args.mark.partition(",")[0]
     if args.more:
         raise ValueError(_several([args.mark, *args.more]))
     if args.mark is None and args.pose is None:
