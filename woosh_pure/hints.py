@@ -23,7 +23,8 @@ left(degrees): turn turn_left lt spin rotate_left rotate_by setheading
 right(degrees): turn_right rt rotate_right
 go_to_mark(name), or go_to(x, y, yaw): goto navigate navigate_to drive_to move_to go_to_pose goto_position
 go_to(x, y, yaw): move_base send_goal set_goal goal setpos trajectory_command
-go_to_mark(name), as on the robot's map; `woosh marks` keeps a list: marks get_marks list_marks positions waypoints
+go_to_mark(name), as on the robot's map; `woosh marks` keeps a list: marks get_marks list_marks positions
+go_to_mark(name), as on the robot's map; `woosh marks` keeps a list: waypoints
 pose.latest (None before the first): position x y yaw theta heading location where pos xcor ycor
 pose.latest (None before the first): odom get_pose get_position coordinates
 battery.latest.percent (None before the first): battery_level battery_percent battery_percentage get_battery
@@ -42,7 +43,8 @@ scan.latest: lidar laser ranges get_scan prox sensor sensors ultrasonic
 scan.latest: distance get_distance obstacle obstacles
 pose.latest.distance_to(other): distance_to distance_from
 on_connection(callback): on_disconnect on_disconnected on_lost on_connected on_connect on_connection_lost
-pose.on(callback), as of each feed: on subscribe subscriber listen callback on_message add_callback on_battery on_pose on_status on_scan
+pose.on(callback), as of each feed: on subscribe subscriber listen callback on_message add_callback
+pose.on(callback), as of each feed: on_battery on_pose on_status on_scan
 camera.latest: image picture photo get_image
 charge(mark), or park(mark): dock go_home home mission
 light("red"): led leds set_led set_light lights color set_color leds_top pencolor
