@@ -191,9 +191,8 @@ def lease_part(
 
 def stop_part(report: StopReport) -> dict[str, object]:
     """The result of a stop. Its text has the first problem: without a master all have the same cause."""
-    more: list[str] = (
-        [say("{count} more steps", count=len(report.problems) - 1)] if report.problems[1:] else []
-    )
+    others = len(report.problems) - 1
+    more: list[str] = [say("{count} more problems", count=others)] if others > 0 else []
     return {
         "stands_still": report.standing,
         "text": str(replace(report, problems=report.problems[:1] + more)),
