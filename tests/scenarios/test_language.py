@@ -39,7 +39,7 @@ def chinese(text: str) -> None:
         ("doctor --listen 0.5", 0, "没有发现问题"),
         ("move 0.2", 0, "已到达"),
         ("rotate -20", 0, "已到达"),
-        ("goto A1", 0, "正在前往标记点 A1"),
+        ("goto A1", 0, "正在前往标记点“A1”"),
         ("goto --pose 1 0 0", 0, "已到达"),
         ("stop", 0, "机器人已停稳"),
         ("stop --end-drivers", 0, "机器人已停稳"),

@@ -95,7 +95,7 @@ def words() -> Translator:
         (say("{goal}: {kind} after {seconds:.1f} s", goal="ready", kind="arrived", seconds=3.21),
          "ready：arrived，用时 3.2 秒"),  # data
         (say("cancelled {what}", what=[say("mark {name}", name="A1"), say("mark {name}", name="B1")]),
-         "已取消标记点 A1、标记点 B1"),
+         "已取消标记点“A1”、标记点“B1”"),
         (say("cancelled {what}", what=["a", "b"]), "已取消 a, b"),
         (say("cancelled {what}", what=[]), "已取消 "),
         (say("mark {name}", name="仓库 东门"), "标记点仓库 东门"),  # the blank of the name stays
