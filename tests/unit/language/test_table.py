@@ -95,7 +95,7 @@ def words() -> Translator:
         (say("{goal}: {kind} after {seconds:.1f} s", goal="ready", kind="arrived", seconds=3.21),
          "ready：arrived，用时 3.2 秒"),  # data
         (say("cancelled {what}", what=[say("mark {name}", name="A1"), say("mark {name}", name="B1")]),
-         "已取消标记点“A1”、标记点“B1”"),
+         "已取消标记点 A1、标记点 B1"),
         (say("cancelled {what}", what=["a", "b"]), "已取消 a, b"),
         (say("cancelled {what}", what=[]), "已取消 "),
         (say("mark {name}", name="仓库 东门"), "标记点仓库 东门"),  # the blank of the name stays
@@ -126,7 +126,7 @@ def test_what_a_stop_has_done_is_said_by_its_parts() -> None:
         "the robot stands still; cancelled mark ready; {x}; asked again until its end is seen: task 3"
     )
     said = report.sentence("zh")
-    assert said == "机器人已停稳；已取消标记点 ready; {x}；再次请求，直到看到它结束：task 3"
+    assert said == "机器人已停稳；已取消标记点“ready; {x}”；再次请求，直到看到它结束：task 3"
 
 
 def test_columns_are_as_wide_in_each_language() -> None:
