@@ -60,7 +60,7 @@ def chinese(text: str) -> None:
         ("charge", 2, "请给出充电桩的标记点"),
         ("forward", 2, "未知的命令"),
         ("状态", 2, "未知的命令 '状态'；您是不是想输入 `woosh status`？"),
-        ("去 A1", 2, "您是不是想输入 `woosh goto A1`？"),
+        ("去 A1", 2, "您是不是想输入 `woosh goto MARK`？"),
         ("停止", 2, "您是不是想输入 `woosh stop`？"),
         ("stop --timeout 0 --nonsense", 2, "用法"),
         ("--sim goto A1", 2, "互相矛盾"),

@@ -242,13 +242,12 @@ def start_navigation(
     since = components.motions.since
     for pose in path:
         pose.require_sensible()
-    described = say("navigation to {where}", where=path[-1])
-    components.readiness_state.require_ready(described, check)
+    motion = ActionMotion(components, "/move_base", say("navigation to {where}", where=path[-1]), drives=True)
+    components.readiness_state.require_ready(motion.description, check)
     goal = message_type("woosh_msgs/MoveBaseGoal")()
     goal.target_pose = stamped_pose(path[-1])
     goal.poses = [stamped_pose(pose) for pose in path] if len(path) > 1 else []
     goal.execution_mode = int(mode)
-    motion = ActionMotion(components, "/move_base", described, drives=True)
     motion.way = PlannedWay(components.feeds)
     handle = NavigationHandle(motion, timeout)
     motion.begin(goal, since, check=check, replace=replace)
