@@ -18,6 +18,7 @@ from typing import Any
 
 from rosproto.sentence import both, say
 from woosh_pure.enums import RobotState
+from woosh_pure.hints import FAULTS, Hints
 from woosh_pure.language import Spoken
 
 __all__ = [
@@ -209,7 +210,7 @@ def _texts(code: int, entry: list[object] | None) -> tuple[list[str], str, str, 
     return identifiers, " or ".join(map(english, words)), "或".join(map(chinese, words)), True
 
 
-class Faults(tuple[StatusCode, ...], Spoken):
+class Faults(tuple[StatusCode, ...], Spoken, Hints):
     """Received faults that have not ended, the worst first, and whether there are no others.
 
     Codes are sent on change only, so earlier ones are not received. The state of the robot shows whether
@@ -219,6 +220,7 @@ class Faults(tuple[StatusCode, ...], Spoken):
         robot_state: The last reported state, None if none was received.
     """
 
+    _hints = FAULTS
     robot_state: RobotState | None
 
     def __new__(cls, codes: Iterable[StatusCode] = (), robot_state: RobotState | None = None) -> Faults:

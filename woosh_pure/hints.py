@@ -66,6 +66,20 @@ arrived: success succeeded ok done
 sentence(): message reason error why
 kind: status state result cancelled failed
 """
+PROGRESS = """
+percent: percentage done complete fraction
+metres_left: remaining distance distance_left left
+"""
+STOP = """
+standing: stopped ok success is_stopped stands done still
+problems: errors error
+"""
+MAP = """
+save_png(path), or to_grey() for numpy: image to_image png show plot data array
+"""
+FAULTS = """
+present, or each of them in a loop: latest active codes list
+"""
 FEED = """
 latest.NAME, latest is None at first: percent percentage level charging x y yaw theta vx wz ranges robot_state
 latest, or wait() for the next one: value get read last newest message

@@ -16,6 +16,7 @@ from rosproto.codec import DynamicMessage
 from rosproto.files import write_file
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
+from woosh_pure.hints import MAP, Hints
 from woosh_pure.values.messages import message_type, pose_of, set_pose
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ UNKNOWN = -1
 
 
 @dataclass(frozen=True, eq=False)
-class GridMap:
+class GridMap(Hints):
     """An occupancy grid.
 
     Attributes:
@@ -37,6 +38,8 @@ class GridMap:
         resolution: Metres per cell.
         origin: Pose of the lower left corner of cell (0, 0), in the map frame.
     """
+
+    _hints = MAP
 
     cells: NDArray[np.int8]
     resolution: float

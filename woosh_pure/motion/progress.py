@@ -12,12 +12,13 @@ from rosproto.codec import DynamicMessage
 from rosproto.sentence import say
 from woosh_pure.feed.feed import Feeds
 from woosh_pure.geometry import Pose2D
+from woosh_pure.hints import PROGRESS, Hints
 from woosh_pure.language import Spoken
 from woosh_pure.values.messages import pose_of
 
 
 @dataclass(frozen=True, slots=True)
-class Progress(Spoken):
+class Progress(Spoken, Hints):
     """How far a goal has come; None for what is not known. `str()` is a line for people.
 
     Attributes:
@@ -26,6 +27,8 @@ class Progress(Spoken):
         seconds: Since it began; until the end, when it has ended.
         pose: Where the robot is, in the map.
     """
+
+    _hints = PROGRESS
 
     percent: float | None
     metres_left: float | None

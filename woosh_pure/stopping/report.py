@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from rosproto.sentence import both, say, shown
+from woosh_pure.hints import STOP, Hints
 from woosh_pure.language import Spoken
 
 
 @dataclass(slots=True)
-class StopReport(Spoken):
+class StopReport(Spoken, Hints):
     """The result of `stop`.
 
     Attributes:
@@ -20,6 +21,8 @@ class StopReport(Spoken):
         pending: Motions whose end was requested and not seen yet; the request is repeated every second until
             the end is seen or this Chassis is closed.
     """
+
+    _hints = STOP
 
     standing: bool | None = None
     cancelled: list[str] = field(default_factory=list)

@@ -9,14 +9,19 @@ import pickle
 import re
 from unittest import mock
 
+import numpy as np
 import pytest
 
 import woosh_pure.chassis as chassis_module
 from woosh_pure import Chassis, Outcome, OutcomeKind, Pose2D, SimulatedChassis, aio, hints
+from woosh_pure.faults import Faults
 from woosh_pure.feed.feed import Feed
+from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.motion import verbs
 from woosh_pure.motion.action_goal import ActionMotion
 from woosh_pure.motion.motion import GoalHandle
+from woosh_pure.motion.progress import Progress
+from woosh_pure.stopping.report import StopReport
 
 CHASSIS = Chassis("127.0.0.1:9")
 HANDLE = GoalHandle(ActionMotion(None, "/a", "a goal"), None)  # type: ignore[arg-type]
@@ -47,6 +52,8 @@ GUESSES = [
     *[(CHASSIS, name) for name in ("reset", "distance_to", "on_disconnect", "on_lost", "on_connected", "subscribe", "on")],
     *[(CHASSIS, name) for name in ("pause", "on_battery", "get_marks", "timeout")],
     *[(CHASSIS.battery, "percentage"), (CHASSIS.battery, "level"), (HANDLE, "on_failed")],
+    *[(Progress(None, None, 0.0, None), "percentage"), (StopReport(), "stopped"), (StopReport(), "ok")],
+    *[(GridMap(np.zeros((1, 1), np.int8), 1.0), "to_image"), (Faults(), "latest")],
     *[(POSE, name) for name in ("angle", "heading", "position", "distance")],
     *[(SIMULATED, name) for name in ("estop", "move", "forward", "obstacle", "setPose", "restart", "uri", "battery_level")],
 ]  # fmt: skip
@@ -60,6 +67,7 @@ def test_a_guess_names_what_there_is(thing: object, name: str) -> None:
 
 
 TABLES = [(hints.CHASSIS, Chassis), (hints.HANDLE, GoalHandle), (hints.OUTCOME, Outcome), (hints.FEED, Feed)]
+TABLES += [(hints.PROGRESS, Progress), (hints.STOP, StopReport), (hints.MAP, GridMap), (hints.FAULTS, Faults)]
 TABLES += [(hints.POSE, Pose2D), (hints.SIMULATED, SimulatedChassis)]
 
 
