@@ -12,7 +12,7 @@ from typing import SupportsFloat, TypeVar, overload
 
 from rosproto.sentence import say
 
-__all__ = ["as_float", "require_callback", "whole"]
+__all__ = ["as_float", "require_callback", "require_number", "whole"]
 
 T = TypeVar("T")
 
@@ -48,6 +48,13 @@ def as_float(value: SupportsFloat | None) -> float | None:
         return math.nan
     except TypeError:
         raise TypeError(say("{x} is not a number; expected one, such as 0.5", x=repr(value))) from None
+
+
+def require_number(value: SupportsFloat | None, name: str) -> float:
+    """As `as_float`, where None is not a number either; the error has the parameter's name."""
+    if value is None:
+        raise TypeError(say("{x} is not a number; expected one, such as 0.5", x=f"{name}=None"))
+    return as_float(value)
 
 
 def whole(value: object) -> int | None:

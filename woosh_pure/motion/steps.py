@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from rosproto.coercion import as_float
+from rosproto.coercion import require_number
 from rosproto.sentence import advice, both, say
 from woosh_pure.enums import StepMode
 from woosh_pure.geometry import Velocity
@@ -39,8 +39,9 @@ class Step:
     angle: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("data", "speed", "angle"):
-            object.__setattr__(self, name, as_float(getattr(self, name)))
+        way = "angle" if self.mode is StepMode.ROTATE else "distance"
+        for name, called in (("data", way), ("speed", "speed"), ("angle", "angle")):
+            object.__setattr__(self, name, require_number(getattr(self, name), called))
 
     @classmethod
     def straight(cls, distance: float, speed: float = 0.0) -> Step:
@@ -108,7 +109,7 @@ def radians_of(degrees: float) -> float:
     Raises:
         ValueError: It is more than one step may have.
     """
-    given = as_float(degrees)
+    given = require_number(degrees, "angle")
     if abs(given) > 3600.0:
         text = "{degrees:g}° is more than the 3600° (ten turns) that one step may have"
         raise ValueError(say(text, degrees=given))

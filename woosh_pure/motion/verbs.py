@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from rosproto.coercion import as_float
+from rosproto.coercion import require_number
 from rosproto.sentence import say
 from woosh_pure.components import Components
 from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
@@ -285,7 +285,7 @@ class MotionVerbs:
     @usage("right(degrees); right(degrees, speed=number) in rad/s")
     def right(self, degrees: float, *, speed: float = 0.0) -> StepHandle:
         """`rotate`: turn in place to the right, in degrees; speed in rad/s. Returns at once."""
-        return self.rotate(-as_float(degrees), degrees=True, speed=speed)
+        return self.rotate(-require_number(degrees, "degrees"), degrees=True, speed=speed)
 
     @usage("strafe(metres), to the left; strafe(metres, speed=number) in m/s")
     def strafe(
@@ -349,7 +349,8 @@ class MotionVerbs:
             FirmwareLimit: The chassis's definition does not know this kind of step; nothing was sent.
             RosTimeout: The action server is not there.
         """
-        step = Step.diagonal(distance, math.radians(as_float(angle)) if degrees else angle, speed)
+        toward = math.radians(require_number(angle, "angle")) if degrees else angle
+        step = Step.diagonal(distance, toward, speed)
         return self.steps(step, avoid=avoid, timeout=timeout, check=check, replace=replace)
 
     def steps(

@@ -202,6 +202,23 @@ def test_asyncio_refuses_what_is_not_a_function() -> None:
             asyncio.run(register(on))
 
 
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda: CHASSIS.move(None), "distance"),
+        (lambda: CHASSIS.forward(None), "distance"),
+        (lambda: CHASSIS.rotate(None), "angle"),
+        (lambda: CHASSIS.left(None), "angle"),
+        (lambda: CHASSIS.right(None), "degrees"),
+        (lambda: CHASSIS.move(0.5, speed=None), "speed"),
+        (lambda: CHASSIS.move_diagonal(0.5, None, degrees=True), "angle"),
+    ],
+)
+def test_none_is_not_a_number_and_the_parameter_is_named(call, name: str) -> None:
+    with pytest.raises(TypeError, match=f"^{name}=None is not a number; expected one, such as 0.5$"):
+        call()
+
+
 @pytest.mark.parametrize("mode", ["avoid", None, 1.5], ids=repr)
 def test_a_wrong_mode_is_answered_by_the_modes_there_are(mode: object) -> None:
     with pytest.raises(ValueError, match=r"is not a valid NavigationMode; one of: NavigationMode\.\w+, Nav"):
