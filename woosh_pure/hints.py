@@ -34,7 +34,8 @@ stop(); a simulation is reset by sim.reset() or on its page: reset restart
 stop(), or cancel() of the handle: cancel cancel_all cancel_goal
 stop(), or pause() and resume() of the handle: pause resume
 Chassis(address, timeout=seconds): timeout
-velocity(bypasses_protection=True): set_speed set_velocity cmd_vel motors set_motors publish motor_left_target
+forward(metres, speed=0.2): set_speed set_velocity motors set_motors motor_left_target
+velocity(bypasses_protection=True): cmd_vel publish
 connected; `with Chassis(...) as chassis:` connects and closes: is_connected connect disconnect open shutdown
 status.latest, or readiness(): state get_status get_state robot_state is_ready ready can_move
 faults: errors error get_errors get_faults alarms
