@@ -21,6 +21,7 @@ from rosproto.bag import BagWriter
 from rosproto.cli.entry import EXAMPLES as ROSPROTO
 from tests.support.extras import needs
 from tests.support.options import run, run_apart, run_until
+from tests.support.robot_api_peer import ApiPeer
 from tests.support.robot_pool import Robot
 from tests.support.tunable import Tunable
 from tests.test_documentation import commands
@@ -82,7 +83,7 @@ WAYS: dict[str, Way] = {
     "woosh web --bind 0.0.0.0 --token Kd83-hsa2-Pq": Way(
         until="openapi.json", more=("--port", "0", "--no-browser"), code=130
     ),
-    "woosh foxglove --sim": Way(until="ws://", more=("--port", "0")),
+    "woosh foxglove --sim": Way(until="ws://", lasts=1.0, more=("--port", "0")),
     "woosh --sim status": Way(shows="battery"),
     "woosh --sim goto A1": Way(shows="arrived after"),
     "woosh --sim shell": Way(stdin="print(chassis)\n"),
@@ -194,10 +195,16 @@ def words_of(line: str, sim: SimulatedChassis) -> list[str]:
     return shlex.split(line)
 
 
+@pytest.fixture
+def api() -> Iterator[ApiPeer]:
+    with ApiPeer() as peer:
+        yield peer
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("line", LINES)
 def test_an_example_of_help_does_what_it_promises(
-    line: str, sim: SimulatedChassis, lamp: None, tmp_path: Path
+    line: str, sim: SimulatedChassis, lamp: None, tmp_path: Path, api: ApiPeer
 ) -> None:
     """It ends with 0, or goes on and shows something until Ctrl-C."""
     way = WAYS.get(line, Way())
@@ -221,7 +228,8 @@ def test_an_example_of_help_does_what_it_promises(
         with task_begun(sim) if way.during else contextlib.nullcontext():
             apart = words[0] == "run"  # it loads the layer for ROS's programs into the process
             command = run_apart if apart else run
-            result = command(prog, [*words, *way.more], way.stdin)
+            more = ("--api-address", api.address) if words[0] == "api" else way.more
+            result = command(prog, [*words, *more], way.stdin)
     assert result.code == way.code, result.err
     assert way.shows in result.out
     if words[0] != "completion":  # that prints a program

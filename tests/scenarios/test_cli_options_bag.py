@@ -187,7 +187,7 @@ def test_live_option_until_ctrl_c(case: Case, bags: Path, graph: SimpleNamespace
     """Ctrl-C is an orderly end."""
     verb, *words = case.words(d=bags)
     begun = graph.plays if verb == "play" else lambda: list(bags.glob("s_*.bag"))
-    until(lambda: not begun(), what="the end of the command before it")
+    until(lambda: not begun(), 60.0, "the end of the command before it")
     result = run_until(lambda _: begun(), "rosproto", ["bag", verb, "--master", graph.uri, *words])
     assert result.code in (0, 130), result
     ends(Case(case.line, case.check, code=result.code), result, bags)

@@ -15,6 +15,7 @@ import pytest
 
 from tests.support.extras import needs
 from tests.support.png import read_png
+from tests.support.robot_api_peer import ApiPeer
 from tests.support.woosh_command import has, until_it_ends, woosh_process
 from woosh_pure.cli.commands import COMMANDS
 from woosh_pure.enums import RobotMode, TaskState
@@ -279,6 +280,13 @@ TESTED_ELSEWHERE = {
         "vda5050",
     )
 }
+
+
+def test_api_asks_a_question_and_shows_the_answer(document):
+    with ApiPeer() as peer:
+        code, facts = document("api", "Battery", "--api-address", peer.address)
+    assert (code, peer.requests[-1]) == (0, "Battery")
+    assert facts["power"] == 83
 
 
 def test_no_verb_is_left_out():

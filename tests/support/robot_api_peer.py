@@ -88,6 +88,7 @@ ANSWERS: dict[str, Any] = {
     },
     "woosh.robot.count.AbnormalCodes": {"scs": [{"code": "110201000013", "time": "1790000000500", "msg": "", "level": 9}]},
     "woosh.robot.SwitchMap": {},
+    "woosh.robot.Battery": {"chargeState": 1, "power": 83, "health": 97},
     "woosh.robot.setting.Sound": {"mute": True, "volume": 40},
 }  # fmt: skip
 """Bodies of answers by request."""

@@ -101,6 +101,9 @@ def test_a_stop_that_was_not_confirmed_is_carried_out_when_the_server_is_back(
             page.wait_for_selector("#lost:not(.hidden)")
             page.click("#stop")
             page.wait_for_selector(RED_BUTTON)
+            page.wait_for_timeout(
+                4000
+            )  # until all ways have failed: one of them may still reach the next server
             page.click("#stop-answer .close")
         goal = robot.chassis.go_to_mark("B1")
         with another_server({"sim": robot.chassis}, port=port):

@@ -85,7 +85,8 @@ export function drawMarks(context, view, paint, marks, chosen, cover) {
   context.textAlign = "center";
   const { offsetLeft: left, offsetTop: top, offsetWidth: width, offsetHeight: height } = cover;
   const covered = { left, top, right: left + width, bottom: top + height };
-  for (const { text, x, y } of placeLabels(pins, (each) => context.measureText(each).width, covered)) label(context, paint, text, x, y);
+  const labels = placeLabels(pins, (each) => context.measureText(each).width, covered);
+  for (const { text, x, y } of labels) label(context, paint, text, x, y);
 }
 
 // A drop whose tip is the place. A charger also has a flash, so that colour is not the only difference.
