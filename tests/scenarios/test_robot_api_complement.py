@@ -64,7 +64,7 @@ def test_api_without_a_type_lists_what_can_be_read(command: Command) -> None:
         (["Batery"], 2, "near names: woosh.robot.Battery"),
         (["SceneData", "{name}"], 2, "is not JSON"),
         (["SceneData", '{"nam": 1}'], 2, "has no field 'nam'"),
-        (["Battery"], 3, "woosh.robot.Battery was refused: no such request"),
+        (["Network"], 3, "woosh.robot.Network was refused: no such request"),
     ],
 )
 def test_api_refuses_what_is_not_a_question(command: Command, words: list[str], code: int, text: str) -> None:
