@@ -84,7 +84,7 @@ def chinese(text: str) -> None:
         ("led red --module 9", 2, "0 表示全部，或 1 到 8"),
         ("web --no-browser --token short", 2, "令牌只有 5 个字符"),
         ("web --no-browser --port 0 --origin foo", 2, "不是有效的来源"),
-        ("record --for 2", 2, "选项 --for 不明确，可以是 --force, --format"),
+        ("record --for 2", 2, "无法识别：--for；您是不是想输入 --force 或 --format？"),
         ("connect --show", 2, "请给出底盘的地址"),
     ],
 )  # fmt: skip

@@ -122,7 +122,6 @@ NOT_HEARD = (
     "mode is not known"
 )
 LINK_LOST = "the connection to the publisher of /robot_status has broken since: its value may be out of date"
-SILENT = "nothing was heard from the robot for {seconds:.0f} s: its state may be out of date"
 BEFORE = "{fault}; it was reported before the connection to its publisher broke: it may be over"
 STATE_UNDEFINED = "the robot does not report its state"
 KEY_TRIGGERED = (
@@ -179,7 +178,11 @@ def assess(
     if link_lost:
         reasons.append(Reason(ReasonKey.LINK_LOST, LINK_LOST, False, doubt=True))
     elif silent is not None:
-        reasons.append(Reason(ReasonKey.SILENT, say(SILENT, seconds=silent), False, doubt=True))
+        text = say(
+            "nothing was heard from the robot for {seconds:.0f} s: its state may be out of date",
+            seconds=silent,
+        )
+        reasons.append(Reason(ReasonKey.SILENT, text, False, doubt=True))
     reasons += from_faults
     reasons += [
         replace(_from_fault(fault), text=say(BEFORE, fault=fault)).doubted() for fault in faults_before

@@ -27,10 +27,16 @@ if TYPE_CHECKING:
 
 
 def _number(
-    unit: str, more: str = "", *, ge: float | None = None, gt: float | None = None, le: float
+    unit: str,
+    more: str = "",
+    *,
+    ge: float | None = None,
+    gt: float | None = None,
+    le: float,
+    way: bool = False,
 ) -> FieldInfo:
-    """A number with a unit, within pydantic's limits."""
-    extra: JsonDict = {"x-unit": unit}
+    """A number with a unit, within pydantic's limits; a way is not 0."""
+    extra: JsonDict = {"x-unit": unit, **({"not": {"const": 0}} if way else {})}
     field: FieldInfo = Field(
         ge=ge, gt=gt, le=le, allow_inf_nan=False, description=unit + more, json_schema_extra=extra
     )
@@ -181,7 +187,7 @@ class MoveGoal(MotionRequest):
     """Drive straight ahead, or back if negative. Obstacle avoidance stays on."""
 
     kind: Literal["move"]
-    distance: Annotated[float, _number("m", ge=-MAX_DISTANCE, le=MAX_DISTANCE)]
+    distance: Annotated[float, _number("m", ge=-MAX_DISTANCE, le=MAX_DISTANCE, way=True)]
     speed: Annotated[float, _number("m/s", OURS, ge=0.0, le=MAX_SPEED)] = 0.0
 
     def start(self, chassis: Chassis) -> StepHandle:
@@ -192,7 +198,7 @@ class RotateGoal(MotionRequest):
     """Turn in place, counter-clockwise if positive. Obstacle avoidance stays on."""
 
     kind: Literal["rotate"]
-    angle: Radians
+    angle: Annotated[float, _number("rad", ", counter-clockwise", ge=-math.tau, le=math.tau, way=True)]
     speed: Annotated[float, _number("rad/s", OURS, ge=0.0, le=MAX_TURN_RATE)] = 0.0
 
     def start(self, chassis: Chassis) -> StepHandle:
