@@ -58,9 +58,16 @@ export class DriveTab {
   build() {
     this.status = el("p", { class: "drivestate", role: "status" });
     this.asking = button("", () => attempt(() => this.lease.need()), { kind: "primary", id: "drive-ask" });
+    const keep = () => (this.slider.value = String(this.speed));
     this.slider = el("input", {
       type: "range", min: "0.2", max: "1", step: "0.1", value: String(this.speed), id: "speed",
-      oninput: () => (this.speed = Number(this.slider.value)),
+      oninput: () => (this.scrolls ? keep() : (this.speed = Number(this.slider.value))),
+      onkeydown: () => (this.scrolls = false),
+      onpointerdown: () => ([this.before, this.scrolls] = [this.speed, false]),
+      onpointercancel: () => {
+        [this.speed, this.scrolls] = [this.before, true]; // the browser scrolls: the rest of this touch sets nothing
+        keep();
+      },
     });
     this.root = byId("tab-drive");
     this.place = byId("pad-row"); // first in the panel: notes appear below it

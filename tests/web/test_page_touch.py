@@ -1,0 +1,60 @@
+"""What a finger on a phone does to the page: a swipe that scrolls sets nothing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tests.support.browser import PHONE, person
+from tests.web.test_page_alone import allow, served, until  # noqa: F401 (a fixture)
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+    from tests.web.fake_server import Fake
+
+pytestmark = pytest.mark.slow
+SMALL_PHONE: Any = {"width": 375, "height": 667}
+
+
+def swipe(page: Page, start: tuple[float, float], by: tuple[float, float]) -> None:
+    """Put one finger down, move it in ten steps, and lift it, as the screen of a phone reports it."""
+    device = page.context.new_cdp_session(page)
+    steps = [{"x": start[0] + by[0] * i / 10, "y": start[1] + by[1] * i / 10} for i in range(11)]
+    for i, point in enumerate(steps):
+        kind = "touchMove" if i else "touchStart"
+        device.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [point]})
+        page.wait_for_timeout(16)
+    device.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+
+def test_a_swipe_that_scrolls_leaves_the_speed(browser: Browser, served: tuple[Fake, str]) -> None:  # noqa: F811
+    """Wherever it begins on the slider; a drag along the slider sets the speed, and so do the keys."""
+    with person(browser, served[1], PHONE) as page:
+        page.set_viewport_size(SMALL_PHONE)
+        allow(page)
+        slider = page.locator("#speed")
+        panel = page.locator("#panel")
+        for part in (0.1, 0.5, 0.9):
+            slider.scroll_into_view_if_needed()
+            box = slider.bounding_box()
+            assert box is not None
+            at = (box["x"] + part * box["width"], box["y"] + box["height"] / 2)
+            before = panel.evaluate("(panel) => panel.scrollTop")
+            for distance in (90, -90):
+                swipe(page, at, (4, distance))
+                page.wait_for_timeout(100)
+                if panel.evaluate("(panel) => panel.scrollTop") != before:
+                    break
+            else:
+                pytest.fail("it did not scroll")
+            assert slider.input_value() == "0.5", part
+        slider.scroll_into_view_if_needed()
+        box = slider.bounding_box()
+        assert box is not None
+        swipe(page, (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2), (60, 2))
+        until(lambda: float(slider.input_value()) > 0.5, page)
+        set_ = float(slider.input_value())
+        slider.press("ArrowLeft")
+        assert float(slider.input_value()) == pytest.approx(set_ - 0.1)
