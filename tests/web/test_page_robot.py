@@ -439,6 +439,23 @@ def test_who_drives_hands_over_only_when_asked(browser: Browser, robot: Robot) -
         first.wait_for_selector(".lease >> text=has control.")
 
 
+def test_who_keeps_control_refuses_a_request(browser: Browser, robot: Robot) -> None:
+    """The question ends at the holder; the other one is told, may ask again, and is told when it is handed over."""
+    with person(browser, robot.url) as first, person(browser, robot.url, PHONE) as second:
+        allow(first)
+        second.tap("#tabbutton-drive")
+        second.tap(".lease .ask")
+        second.wait_for_selector(".lease >> text=has to agree")
+        assert second.locator(".toast.bad").count() == 0, "a request is not an error"
+        first.click("#notices button >> text=Keep it")
+        first.wait_for_selector("#notices .notice", state="detached")
+        second.wait_for_selector(".toast.ask >> text=keeps control.")
+        assert robot.chassis.lease.state.asking == ()
+        second.tap(".lease .ask")
+        first.click("#notices button.primary")
+        second.wait_for_selector(".toast.ok >> text=You have control.")
+
+
 _GAMEPAD = """
 const buttons = Array.from({length: 17}, () => ({pressed: false, touched: false, value: 0}));
 window.gamepad = {connected: true, mapping: "standard", index: 0, id: "mock", axes: [0, 0, 0, 0], buttons};

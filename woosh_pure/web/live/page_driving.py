@@ -65,7 +65,7 @@ class PageDriving:
     # -- the lease -------------------------------------------------------------------------------------------
 
     def ask_lease(self, op: object, to: object) -> None:
-        """Request the lease, give it back, renew it, or grant it.
+        """Request the lease, give it back, grant it, or keep it: then the request of `to` is refused.
 
         Raises:
             BadMessage: `op` is none of these.
@@ -77,7 +77,8 @@ class PageDriving:
         elif op == "give":
             self.give()
         elif op == "keep":
-            lease.renew(me)
+            if lease.renew(me) and isinstance(to, str):
+                lease.withdraw(to)
         elif op == "grant":
             to = to or next(iter(lease.state.asking), "")
             if isinstance(to, str) and lease.grant(me, to):

@@ -6,7 +6,7 @@ import { button, el, fill } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 import { Refused } from "./rest.js";
 import { until } from "./live_connection.js";
-import { attempt } from "./toast.js";
+import { attempt, toast } from "./toast.js";
 import { whoText } from "./command_words.js";
 
 const MAX_WAIT_SECONDS = 3; // seconds to wait for a free lease
@@ -16,7 +16,10 @@ export class Lease {
     Object.assign(this, { store, link, rest, box }); // the box shows it
     this.asked = false; // this page's request, not answered yet
     store.on("lease", (lease) => {
+      const asked = this.asked;
       this.asked = lease.asking.includes(lease.you);
+      if (asked && lease.yours) toast(t("lease.yours"));
+      else if (asked && !this.asked && this.held) toast(t("lease.kept", { name: this.holder }), "ask");
       this.render();
     });
     // A closed page gives control back, so that others need not wait for its expiry.
@@ -32,7 +35,7 @@ export class Lease {
     return Boolean(this.store.get("lease")?.yours);
   }
 
-  // "ask", "give", "keep", or "grant" to a client
+  // "ask", "give", "grant" to a client, or "keep", which refuses its request
   say(op, to) {
     this.link.send({ t: "lease", op, to });
   }

@@ -36,6 +36,6 @@ export class ReadinessNotice {
     return el("div", { class: "notice" }, icon("ask"), el("div", {}, el("strong", {}, t("lease.asked", { name: whoText(name) })),
       el("div", { class: "row" },
         button(t("lease.grant"), () => this.lease.say("grant", name), { kind: "primary" }),
-        button(t("lease.deny"), () => this.lease.say("keep")))));
+        button(t("lease.deny"), () => this.lease.say("keep", name)))));
   }
 }

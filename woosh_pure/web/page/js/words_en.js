@@ -215,6 +215,7 @@ export const en = {
   "lease.grant": "Hand over",
   "lease.deny": "Keep it",
   "lease.waiting": "Asked. {name} has to agree.",
+  "lease.kept": "{name} keeps control.",
 
   "drive.off": "Driving by hand is switched off.",
   "drive.offhow": "Whoever runs the server can allow it: start it with --allow-driving.",

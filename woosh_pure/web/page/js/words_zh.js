@@ -215,6 +215,7 @@ export const zh = {
   "lease.grant": "交给对方",
   "lease.deny": "保留",
   "lease.waiting": "已请求，需要 {name} 同意。",
+  "lease.kept": "{name} 不交出控制。",
 
   "drive.off": "手动遥控已关闭。",
   "drive.offhow": "运行服务器的人可以允许：用 --allow-driving 启动。",
