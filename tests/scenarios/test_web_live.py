@@ -30,7 +30,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.web import server
 from woosh_pure.web.camera import COSTMAP as COSTMAP_ROW
-from woosh_pure.web.live import deadman, frame_pacing, page_driving, viewer
+from woosh_pure.web.live import deadman, frame_pacing, page_driving, robot_state, viewer
 from woosh_pure.web.live.frames import CAMERA, COSTMAP, PART, SCAN
 
 ZEROS = 1.0
@@ -67,6 +67,29 @@ def test_a_page_is_shown_everything(page: PageClient) -> None:
     ages = page.wait(lambda d: d["t"] == "state" and d["ages"].get("pose") is not None)["ages"]
     assert ages["pose"] < 10.0
     assert len(page.frame(SCAN)) > 24
+
+
+def test_a_robot_that_brakes_after_a_drive_by_hand_is_not_under_way() -> None:
+    """Neither the word nor the path of an earlier, cancelled goal comes back when the control is let go."""
+    with (
+        SimulatedChassis() as simulated,
+        Chassis(simulated.master_uri) as chassis,
+        serving(chassis, allow_driving=True) as web,
+        PageClient(web.port) as page,
+    ):
+        goal = chassis.go_to(4.0, 2.0)
+        page.wait(lambda d: d["t"] == "plan" and d["points"])
+        goal.cancel()
+        page.wait(lambda d: d.get("activity") == "idle")
+        page.ready()
+        page.drive(0.3)
+        until(lambda: simulated.world.body.velocity.vx > 0.25, 5.0)
+        page.forget()
+        page.let_go()
+        page.wait(lambda d: d.get("activity", "driven") != "driven")
+        until(lambda: robot_state.activity(web.app.state.context.robots["robot"]) == "idle", 5.0)  # type: ignore[attr-defined]
+        assert "under way" not in [d.get("activity") for d in page.heard]
+        assert not [d for d in page.heard if d["t"] == "plan" and d["points"]]
 
 
 def test_parts_that_did_not_change_are_not_sent_again(page: PageClient) -> None:

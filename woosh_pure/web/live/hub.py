@@ -136,7 +136,7 @@ class Hub:
 
     async def _fast_loop(self) -> None:
         """Read the newest values of the feeds many times a second."""
-        robot, due = self.robot, 0.0
+        robot, due, shown = self.robot, 0.0, 0
         while robot.unreachable:
             self._go_on(self._not_connected)
             self.wake()
@@ -144,7 +144,7 @@ class Hub:
         self._seen.pop("began", None)  # the time of silence counts from here
         await self._in_thread(robot.listen)
         while True:
-            before, now = self._version, time.monotonic()
+            now = time.monotonic()
             readings = robot.readings()
             self._go_on(self._state, readings)
             self._go_on(self._pose, readings["pose"])
@@ -153,7 +153,8 @@ class Hub:
                 due = now + 0.5
                 self._go_on(self._ages, readings, now)
             self._go_on(self._check_silence, now)
-            if self._version != before:
+            if self._version != shown:  # also by another loop
+                shown = self._version
                 self.wake()
             await asyncio.sleep(TICK)
 
@@ -192,7 +193,6 @@ class Hub:
                 self.put("obstacles", text_of({"t": "obstacles", "circles": circles}))
             for shared in self._pictures.values():
                 await self._in_thread(shared.close_idle)
-            self.wake()
             await asyncio.sleep(SLOW)
 
     async def _map_loop(self) -> None:
@@ -200,7 +200,6 @@ class Hub:
             known = await self._in_thread(self.robot.map.get)
             if known is not None:
                 self.put("map", text_of({"t": "map", **known.as_json()}))
-                self.wake()
             await asyncio.sleep(MAP_EVERY)
 
     async def _picture_loop(self, what: str) -> None:
@@ -211,7 +210,6 @@ class Hub:
                 content = await self._in_thread(partial(_encoded, what, reading.value))
                 if content is not None and self._watched[what]:
                     self.put(what, content, again=True)
-                    self.wake()
             await asyncio.sleep(PICTURE_EVERY)
 
     async def _in_thread(self, ask: Callable[[], T], *, asks_robot: bool = True) -> T | None:

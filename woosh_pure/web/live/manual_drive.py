@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 
 from rosproto.errors import RosError
 from rosproto.sentence import say
@@ -24,12 +25,14 @@ class ManualDrive:
 
     Attributes:
         driver: The name of the client that drives or is about to; None if there is none.
+        ended: When the last drive ended, by `time.monotonic()`.
     """
 
     def __init__(self, chassis: Chassis) -> None:
         self._chassis = chassis
         self._lock = threading.Condition()
         self.driver: str | None = None
+        self.ended = -math.inf
         self._drive: Drive | None = None
         self._closed = ""
 
@@ -81,7 +84,7 @@ class ManualDrive:
     def _release(self, drive: Drive | None) -> None:
         with self._lock:
             if self._drive is drive:
-                self._drive, self.driver = None, None
+                self._drive, self.driver, self.ended = None, None, time.monotonic()
                 self._lock.notify_all()
 
     def steer(self, vx: float, wz: float, valid_for: float, since: float | None = None) -> None:

@@ -29,6 +29,8 @@ from woosh_pure.web.snapshot import (
 )
 
 MAX_POINTS = 500
+BRAKING_SECONDS = 1.0
+"""A robot that moves for this long after a drive by hand has not stopped yet: it drives along no path."""
 
 
 def slow_parts(robot: Robot) -> dict[str, object]:
@@ -92,8 +94,10 @@ def _under_way(robot: Robot) -> bool:
     if robot.goals.running or any(reason.key in _BUSY for reason in robot.chassis.readiness().reasons):
         return True
     velocity = robot.feed("velocity").known
-    moves = velocity is not None and velocity.age < 1.0 and not velocity.value.is_standing()
-    return moves and robot.manual_drive.driver is None
+    if velocity is None or velocity.age > 1.0 or robot.manual_drive.driver is not None:
+        return False
+    brakes = velocity.received < robot.manual_drive.ended + BRAKING_SECONDS
+    return not (brakes or velocity.value.is_standing())
 
 
 _BUSY = (ReasonKey.BUSY, ReasonKey.OTHER_CLIENT)
