@@ -72,6 +72,7 @@ class Fake:
         self.goals: list[dict[str, Any]] = []
         self.recordings: list[dict[str, Any]] = []
         self.driver: str | None = None
+        self.drive: dict[str, Any] = {"state": "driving"}  # answer to a press
         self.calls: list[tuple[str, str, Any]] = []
         self.heard: list[dict[str, Any]] = []
         self.looks: dict[str, Any] = {}
@@ -236,7 +237,7 @@ class Fake:
         elif message["t"] == "stop" and not self.deaf:
             self._tasks.append(asyncio.ensure_future(self._stop(socket, message["n"])))
         elif message["t"] == "press":
-            await socket.send_text(json.dumps({"t": "drive", "state": "driving"}))
+            await socket.send_text(json.dumps({"t": "drive", **self.drive}))
 
     async def _send(self, socket: WebSocket, you: str) -> None:
         limits = {"vx": 0.3, "wz": 0.5}

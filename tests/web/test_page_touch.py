@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from tests.support.browser import PHONE, person
-from tests.web.test_page_alone import allow, served, until  # noqa: F401 (a fixture)
+from tests.web.test_page_alone import allow, hold, served, until  # noqa: F401 (a fixture)
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -58,3 +58,40 @@ def test_a_swipe_that_scrolls_leaves_the_speed(browser: Browser, served: tuple[F
         set_ = float(slider.input_value())
         slider.press("ArrowLeft")
         assert float(slider.input_value()) == pytest.approx(set_ - 0.1)
+
+
+CALL = {"key": "call", "text": "another motion of this program", "values": {}, "blocking": True, "doubt": False}
+GOAL = {"id": "1", "kind": "mark", "who": "a program", "state": "running", "done": False}
+
+
+def test_the_pad_names_one_reason_until_it_is_let_go(browser: Browser, served: tuple[Fake, str]) -> None:  # noqa: F811
+    """In the language of the page, also of one that is changed meanwhile; then it says what is so now."""
+    fake, url = served
+    with person(browser, url, PHONE) as page:
+        allow(page)
+        for goals, english, chinese in (
+            ([GOAL], "A task is under way.", "有任务正在进行。"),
+            ([], "STOP was pressed.", "按了停止。"),
+        ):
+            fake.goals = goals
+            page.wait_for_selector("#task progress", state="attached" if goals else "hidden")
+            fake.drive = {
+                "state": "refused",
+                "reason": "refused",
+                "kind": "motion-refused",
+                "reasons": [CALL],
+            }
+            hold(page)
+            page.wait_for_selector(f".drivestate >> text=Ended: {english} Let go")
+            page.evaluate("document.querySelector('#language').click()")
+            page.wait_for_selector(f".drivestate >> text=已结束：{chinese}")
+            page.evaluate("document.querySelector('#language').click()")
+            page.mouse.up()
+            page.wait_for_selector(f".drivestate >> text={'A task is under way' if goals else 'Ready to drive'}")
+        fake.drive = {"state": "driving"}
+        hold(page)
+        page.wait_for_selector(".drivestate.driving")
+        page.keyboard.press("Escape")
+        page.wait_for_selector(".drivestate >> text=Ended: STOP was pressed.")
+        page.mouse.up()
+        page.wait_for_selector(".drivestate >> text=Ready to drive")

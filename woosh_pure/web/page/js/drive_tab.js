@@ -3,11 +3,12 @@
 
 import { button, byId, el, fill, say, show } from "./dom.js";
 import { BEAT_SECONDS, Heartbeat } from "./heartbeat.js";
-import { has, inDegrees, number, onLanguage, t } from "./i18n.js";
+import { inDegrees, number, onLanguage, t } from "./i18n.js";
 import { Hold } from "./hold.js";
 import { Gamepad, Keys } from "./keys_and_gamepad.js";
 import { seconds } from "./live_connection.js";
 import { DrivePad } from "./drive_pad.js";
+import { isDriveKey } from "./steering.js";
 import { attempt, toast } from "./toast.js";
 import { warning } from "./driving_warning.js";
 import { causeText, hindrance, kindText } from "./reason_words.js";
@@ -18,14 +19,15 @@ const REASONS = {
   over: "ended", "not connected": "lost", "not allowed": "off", "not confirmed": "unconfirmed",
   released: "again", "pressed twice": "again", "not a new press": "again", "released early": "again",
 };
-const whyText = (why) => (has(`drive.${why}`) ? t(`drive.${why}`) : why).replace(/[.。]$/, "");
+// Why a drive has ended, a key or a function, in the present language.
+const whyText = (why) => (typeof why === "string" ? t(`drive.${why}`) : why()).replace(/[.。]$/, "");
 
 export class DriveTab {
   constructor({ store, link, lease, leaseBox }) {
     Object.assign(this, { store, link, lease, leaseBox });
     this.on = false;
     this.speed = 0.5;
-    this.note = ""; // reason of the last end, until the next press
+    this.note = ""; // reason of the last end, until the control is let go
     this.heartbeat = new Heartbeat({ send: (message) => link.send(message), now: seconds, buffered: () => link.buffered });
     this.hold = new Hold({
       heartbeat: this.heartbeat, ready: () => this.ready(), limits: () => this.limits,
@@ -47,6 +49,9 @@ export class DriveTab {
     store.on("tab", (tab) => tab !== "drive" && this.hold.end("hidden"));
     store.on("lease lost readiness goal", () => this.on && this.show());
     onLanguage(() => this.render());
+    for (const name of ["pointerup", "keyup"]) {
+      addEventListener(name, ({ target, code }) => (this.pad.root.contains(target) || isDriveKey(code)) && this.letGo());
+    }
     setInterval(() => this.beat(), BEAT_SECONDS * 1000);
   }
 
@@ -82,17 +87,27 @@ export class DriveTab {
   }
 
   beat() {
+    const { held } = this.gamepad;
     if (this.on && this.store.get("tab") === "drive" && !document.hidden) this.gamepad.poll();
+    if (held && !this.gamepad.held) this.letGo();
     this.pad.stays();
     this.keys.check(seconds());
     this.heartbeat.tick();
   }
 
-  takeState(message) {
-    if (message.state === "driving" || message.state === "opening") return;
-    const why = causeText(message.reasons) || REASONS[message.reason] || kindText(message.kind) || "ended";
+  letGo() {
+    this.note = "";
+    this.show();
+  }
+
+  takeState({ state, reasons, reason, kind }) {
+    if (state === "driving" || state === "opening") return;
+    const key = REASONS[reason] ?? "ended";
+    const cause = () => causeText(reasons) || (REASONS[reason] ? "" : kindText(kind)) || t(`drive.${key}`);
+    const task = this.store.get("goal")?.running ? () => t("why.busy") : "stopped";
+    const why = reasons?.[0]?.key === "call" ? task : cause;
     this.heartbeat.ended(why);
-    if (message.state === "refused") toast(whyText(why), "bad");
+    if (state === "refused") toast(whyText(why), "bad");
   }
 
   // First the warning, then control, then the switch.
