@@ -81,6 +81,9 @@ def test_without_a_server_the_red_button_is_named_at_once(browser: Browser, serv
         page.context.set_offline(True)
         page.click("#stop")
         page.wait_for_selector(RED_BUTTON, timeout=2000)
+        page.wait_for_selector("#stop-answer >> text=The stop did not reach the robot.")
+        page.wait_for_timeout(2500)  # what is known is not taken back by what is not
+        assert "The stop did not reach the robot." in page.inner_text("#stop-answer")
 
 
 def test_a_stop_that_was_not_confirmed_is_carried_out_when_the_server_is_back(

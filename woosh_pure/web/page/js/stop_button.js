@@ -54,12 +54,13 @@ export class StopButton {
     const mine = this.number;
     const socket = this.link.send({ t: "stop", n: mine });
     if (socket) this.waiting.add("socket");
+    const slow = () => this.shown?.key === "stop.failed" || this.answer(NO_ANSWER); // which says less
     const later = (seconds, act) => setTimeout(() => mine === this.number && act(), seconds * 1000);
     this.timers = [
       later(socket ? CALL_SECONDS : 0, () => this.begun || this.call(mine, true)),
       later(ALL_WAYS_SECONDS, () => this.begun || this.other(mine)),
-      later(RED_BUTTON_SECONDS, () => this.begun || this.answer(NO_ANSWER)),
-      later(SLOW_SECONDS, () => this.over || !this.shown || this.answer(NO_ANSWER)), // not if it was closed
+      later(RED_BUTTON_SECONDS, () => this.begun || slow()),
+      later(SLOW_SECONDS, () => this.over || !this.shown || slow()), // not if it was closed
     ];
   }
 
