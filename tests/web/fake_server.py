@@ -60,6 +60,7 @@ class Fake:
         self.lost: float | None = None
         self.silent = False
         self.stands: bool | None = True
+        self.moves = True
         self.stop_delay = 0.0
         self.deaf = False  # to a stop over the live connection
         self.knows_session = True
@@ -102,7 +103,7 @@ class Fake:
             ages["pose"] = 99.0
         return {
             "t": "state", "status": status, "battery": battery, "odometer": 1234.5,
-            "velocity": {"vx": 0.2 * math.sin(time.time()), "vy": 0.0, "wz": 0.1},
+            "velocity": {"vx": self.moves * 0.2 * math.sin(time.time()), "vy": 0.0, "wz": self.moves * 0.1},
             "readiness": self.ready, "faults": self.faults, "goals": self.goals, "recordings": self.recordings,
             "activity": "driven" if self.driver else self.robot_state.lower().replace("_", " "),
             "rates": {"pose": 19.8, "scan": 9.9}, "ages": ages,

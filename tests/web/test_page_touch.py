@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from tests.support.browser import PHONE, person
+from tests.support.load import crowd
 from tests.web.test_page_alone import allow, hold, served, until  # noqa: F401 (a fixture)
 
 if TYPE_CHECKING:
@@ -95,3 +97,28 @@ def test_the_pad_names_one_reason_until_it_is_let_go(browser: Browser, served: t
         page.wait_for_selector(".drivestate >> text=Ended: STOP was pressed.")
         page.mouse.up()
         page.wait_for_selector(".drivestate >> text=Ready to drive")
+
+
+def test_a_robot_that_stands_on_its_way_is_said_to_stand(browser: Browser, served: tuple[Fake, str]) -> None:  # noqa: F811
+    """Within three seconds, and no longer than it stands; not while its velocity is not known."""
+    fake, url = served
+    with person(browser, url, PHONE) as page:
+        fake.goals = [{**GOAL, "metres_left": 5.1}]
+        page.wait_for_selector("#task >> text=5.1 m left")
+        fake.moves = False
+        began = time.monotonic()
+        page.wait_for_selector("#task >> text=It stands at present; something may be in the way.")
+        assert 1.5 < time.monotonic() - began < 3.5 * crowd()
+        fake.moves = True
+        page.wait_for_selector("#task >> text=5.1 m left")
+
+
+def test_health_does_not_say_ready_above_a_refusal(browser: Browser, served: tuple[Fake, str]) -> None:  # noqa: F811
+    fake, url = served
+    with person(browser, url, PHONE) as page:
+        page.click("#tabbutton-health")
+        page.wait_for_selector(".answerline.ok")
+        refused = {"key": "refused", "text": "refused", "values": {}, "blocking": False, "doubt": False}
+        fake.ready = {"answer": "yes", "text": "", "reasons": [refused]}
+        page.wait_for_selector("#tab-health >> text=It refused the last motion.")
+        assert page.inner_text(".answerline") == "Not known for certain."

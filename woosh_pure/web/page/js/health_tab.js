@@ -40,7 +40,8 @@ export class HealthTab {
   renderReady() {
     const gone = this.store.get("lost") !== null; // earlier readiness is out of date
     const readiness = gone ? null : this.store.get("readiness");
-    const answer = { yes: "yes", no: "no" }[readiness?.answer] ?? "unknown";
+    const refused = readiness?.reasons.some(({ key }) => key === "refused"); // it is not known why
+    const answer = refused && readiness.answer === "yes" ? "unknown" : { yes: "yes", no: "no" }[readiness?.answer] ?? "unknown";
     const kind = { yes: "ok", no: "bad", unknown: "warn" }[answer];
     const reasons = distinct(readiness?.reasons).map((reason) => {
       const todo = reason.key === "fault" ? "" : todoOf(reason); // it names this page

@@ -2,12 +2,15 @@
 
 import { button, byId, el, fill, icon, say, show } from "./dom.js";
 import { changed, number, onLanguage, t, word } from "./i18n.js";
+import { isOld } from "./freshness.js";
+import { seconds } from "./live_connection.js";
 import { ICONS } from "./log_tab.js";
 import { attempt } from "./toast.js";
 import { whatText, whoText } from "./command_words.js";
 import { endText } from "./reason_words.js";
 
 const SHOWN_SECONDS = 20; // seconds for which a good end is shown
+const STANDING_SECONDS = 2; // then the page says that a robot on its way stands
 
 export class TaskCard {
   constructor({ store, rest }) {
@@ -21,6 +24,7 @@ export class TaskCard {
     store.on("goal lost", () => this.render());
     store.on("anew", () => ([this.seen, this.closed, this.before] = [null, null, undefined])); // a new server numbers its goals anew
     onLanguage(() => this.render());
+    setInterval(() => this.progress(), 500);
   }
 
   render() {
@@ -63,9 +67,20 @@ export class TaskCard {
     if (Number.isFinite(percent)) this.bar.value = percent;
     else this.bar.removeAttribute("value");
     const waits = this.store.get("robot")?.task?.state === "waiting for action";
-    const text = waits ? t("task.waits") : Number.isFinite(left) ? t("task.left", { n: number(left, 1) })
-      : Number.isFinite(percent) ? `${number(percent, 0)} %` : "";
+    const stands = this.stands(goal) ? t("task.stands") : "";
+    const now = waits ? t("task.waits") : this.ending === goal.id ? t("stop.asking") : stands;
+    const text = now || (Number.isFinite(left) ? t("task.left", { n: number(left, 1) })
+      : Number.isFinite(percent) ? `${number(percent, 0)} %` : "");
     say(this.note, [text, this.by(goal)].filter(Boolean).join(" · "));
+  }
+
+  // Whether it has not moved for a while on its way. A robot that stands is not said to do so without a fresh velocity.
+  stands(goal) {
+    const { vx = 0, wz = 0 } = this.store.get("velocity") ?? {};
+    const old = isOld("velocity", this.store.get("ages")?.of("velocity", seconds()));
+    if (old || goal.state === "paused" || Math.hypot(vx, wz) > 0.01 || this.moving !== goal.id) this.movedAt = seconds();
+    this.moving = goal.id;
+    return seconds() - this.movedAt > STANDING_SECONDS;
   }
 
   by(goal) {
@@ -83,7 +98,11 @@ export class TaskCard {
       goal.state === "paused"
         ? button(t("task.resume"), call("POST", `goals/${id}/resume`), { kind: "primary", id: "resume" })
         : goal.pauses ? button(t("task.pause"), call("POST", `goals/${id}/pause`), { id: "pause" }) : null,
-      button(t("task.cancel"), call("POST", `goals/${id}/cancel`), { id: "cancel" })) : null;
+      button(t("task.cancel"), async () => {
+        this.ending = goal.id;
+        await call("POST", `goals/${id}/cancel`)();
+        this.ending = null;
+      }, { id: "cancel" })) : null;
     const close = running ? null : button("×", () => this.close(goal.id), { kind: "close", "aria-label": t("task.close") });
     const end = running ? "" : endText(goal);
     this.box.className = `card task ${kind}`;

@@ -132,6 +132,7 @@ export const en = {
   "who.program": "a program ({address})",
   "task.waits": "It waits at the mark until another program tells it to go on. Cancel ends the wait.",
   "task.left": "{n} m left",
+  "task.stands": "It stands at present; something may be in the way.",
   "task.then": "At that time: {why}",
   "task.stood": "It stood still.",
   "goal.begun": "Begun",

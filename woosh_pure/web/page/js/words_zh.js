@@ -132,6 +132,7 @@ export const zh = {
   "who.program": "程序（{address}）",
   "task.waits": "机器人在标记点等待，直到其他程序让机器人继续。按“取消”结束等待。",
   "task.left": "还剩 {n} 米",
+  "task.stands": "机器人现在停着，可能有东西挡路。",
   "task.then": "当时：{why}",
   "task.stood": "机器人当时已停稳。",
   "goal.begun": "已开始",
