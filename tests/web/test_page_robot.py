@@ -426,7 +426,7 @@ def test_who_drives_hands_over_only_when_asked(browser: Browser, robot: Robot) -
         allow(first)
         second.tap(".markrow >> text=A1")
         second.tap("#confirm button[type=submit]")
-        second.wait_for_selector(".toast >> text=has to agree")
+        second.wait_for_selector(".toast.ask >> text=has to agree")
         first.wait_for_selector("#notices >> text=asks for control.")
         drive(first, robot)  # asking takes nothing away
         first.evaluate("document.querySelector('#notices button.primary').click()")  # the mouse holds the pad

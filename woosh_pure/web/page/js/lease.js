@@ -47,7 +47,8 @@ export class Lease {
     this.say("ask");
     await until(() => this.yours || this.held, MAX_WAIT_SECONDS);
     if (!this.yours && this.held && this.store.get("lease").holder_is_program) await this.takeOver();
-    if (!this.yours) throw new Refused(this.held ? t("lease.waiting", { name: this.holder }) : t("drive.needlease"));
+    if (this.yours) return;
+    throw this.held ? new Refused(t("lease.waiting", { name: this.holder }), 0, { kind: "ask" }) : new Refused(t("drive.needlease"));
   }
 
   // Asks whether to take over from a program; ends when control was obtained or refused.

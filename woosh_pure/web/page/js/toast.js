@@ -21,7 +21,7 @@ export async function attempt(work) {
   try {
     return await work();
   } catch (error) {
-    toast(error.message, "bad");
+    toast(error.message, error.problem?.kind ?? "bad"); // a request for control is not an error
     return null;
   }
 }
