@@ -62,7 +62,13 @@ def test_a_swipe_that_scrolls_leaves_the_speed(browser: Browser, served: tuple[F
         assert float(slider.input_value()) == pytest.approx(set_ - 0.1)
 
 
-CALL = {"key": "call", "text": "another motion of this program", "values": {}, "blocking": True, "doubt": False}
+CALL = {
+    "key": "call",
+    "text": "another motion of this program",
+    "values": {},
+    "blocking": True,
+    "doubt": False,
+}
 GOAL = {"id": "1", "kind": "mark", "who": "a program", "state": "running", "done": False}
 
 
@@ -89,7 +95,9 @@ def test_the_pad_names_one_reason_until_it_is_let_go(browser: Browser, served: t
             page.wait_for_selector(f".drivestate >> text=已结束：{chinese}")
             page.evaluate("document.querySelector('#language').click()")
             page.mouse.up()
-            page.wait_for_selector(f".drivestate >> text={'A task is under way' if goals else 'Ready to drive'}")
+            page.wait_for_selector(
+                f".drivestate >> text={'A task is under way' if goals else 'Ready to drive'}"
+            )
         fake.drive = {"state": "driving"}
         hold(page)
         page.wait_for_selector(".drivestate.driving")
