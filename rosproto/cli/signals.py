@@ -34,7 +34,7 @@ class Terminated(SystemExit):
 
 
 @contextmanager
-def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
+def signals_unwind(*, until_exit: bool = False, interrupt: bool = True) -> Iterator[None]:
     """Within the block the signals that end a process raise `Terminated` in the main thread.
 
     A signal may arrive twice: `timeout` sends it to the command and to the group. Signals within `ONE_SIGNAL`
@@ -43,6 +43,7 @@ def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
 
     Args:
         until_exit: The process ends with the block: the handlers stay, for the end of the interpreter.
+        interrupt: Also Ctrl-C; a program of the user has it as Python sets it.
     """
     # An ignored SIGHUP stays ignored (nohup). A shell ignores SIGINT and SIGQUIT in background jobs of a
     # script; a command obeys them all the same, as in rospy: a signal must stop the robot.
@@ -51,7 +52,7 @@ def signals_unwind(*, until_exit: bool = False) -> Iterator[None]:
         for name in _THAT_END
         if not _ignored(name) or (until_exit and name != "SIGHUP")
     }
-    if until_exit or signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    if interrupt and (until_exit or signal.getsignal(signal.SIGINT) is signal.default_int_handler):
         handlers["SIGINT"] = _once(signal.default_int_handler)
     with _handled(handlers, until_exit=until_exit):
         yield

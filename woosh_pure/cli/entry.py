@@ -78,7 +78,7 @@ def _run_program(words: Sequence[str], language: str) -> int:
     args = parser_for(words, language).parse_args(words)
     task = _task(args, Output(as_json=args.json, language=language))
     try:
-        with signals_unwind(until_exit=True), linger_when_closed():
+        with signals_unwind(until_exit=True, interrupt=False), linger_when_closed():
             return task.run()
     except Terminated:
         task.failed("terminated", TERMINATED)
