@@ -63,6 +63,7 @@ def test_a_listener_can_publish_when_it_is_told(tmp_path: Path) -> None:
         rospy.init_node("greets")
         greeters = [Greeter("/early%d" % i) for i in range(10)]
         print(all(greeter.done.wait(20) and greeter.told for greeter in greeters))
+        time.sleep(1.0)  # what a busy subscriber has not read is lost with the link when the program ends
     """
     with Master() as master, Node("/hears", master_uri=master.uri, rosout=False) as hears:
         subscribers = [hears.subscriber(f"/early{number}", "std_msgs/String") for number in range(10)]
