@@ -17,7 +17,6 @@ from msgdefs.std_msgs.msg import Float64, String
 from rosproto import BagReader, BagWriter, Master, Node
 from rosproto.time import Time
 from tests.support.options import Case, covered, every_pair, leaves, path_of, run, run_until
-from tests.support.waiting import until
 
 pytestmark = pytest.mark.whole
 
@@ -42,12 +41,14 @@ def graph() -> Iterator[SimpleNamespace]:
         thread = threading.Thread(target=talk, daemon=True)
         thread.start()
 
-        def plays() -> bool:
-            """Whether a player has come, with its topics."""
+        def players() -> set[str]:
+            """The players that have come, with their topics."""
             topics = node.master.get_system_state().publishers.items()
-            return any("/play" in name for topic, names in topics if topic != "/rosout" for name in names)
+            return {
+                name for topic, names in topics if topic != "/rosout" for name in names if "/play" in name
+            }
 
-        yield SimpleNamespace(uri=master.uri, plays=plays)
+        yield SimpleNamespace(uri=master.uri, players=players)
         over.set()
         thread.join(5.0)
 
@@ -186,9 +187,12 @@ def test_live_option(case: Case, bags: Path, graph: SimpleNamespace) -> None:
 def test_live_option_until_ctrl_c(case: Case, bags: Path, graph: SimpleNamespace) -> None:
     """Ctrl-C is an orderly end."""
     verb, *words = case.words(d=bags)
-    begun = graph.plays if verb == "play" else lambda: list(bags.glob("s_*.bag"))
-    until(lambda: not begun(), 60.0, "the end of the command before it")
-    result = run_until(lambda _: begun(), "rosproto", ["bag", verb, "--master", graph.uri, *words])
+    before = graph.players()  # the master may still have that of another test, which is leaving
+
+    def begun(_: str) -> object:
+        return graph.players() - before if verb == "play" else list(bags.glob("s_*.bag"))
+
+    result = run_until(begun, "rosproto", ["bag", verb, "--master", graph.uri, *words])
     assert result.code in (0, 130), result
     ends(Case(case.line, case.check, code=result.code), result, bags)
 

@@ -467,7 +467,7 @@ def test_shell_is_python_with_a_chassis(slow):
 @pytest.mark.slow
 def test_a_simulated_robot_is_driven_at_once():
     """No warning and no question: nothing can be hit. The line of --sim says whose robot it is, and how to share one."""
-    with Terminal("--sim", "drive", columns=200) as terminal:
+    with Terminal("--sim", "drive", "--feedback-timeout", "5", columns=200) as terminal:
         terminal.wait_for("measured +0.00")
         assert "Type yes" not in terminal.text
         assert "a new simulated robot, for this command alone" in terminal.text

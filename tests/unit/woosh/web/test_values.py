@@ -163,7 +163,7 @@ def test_the_text_of_a_stop_without_a_master_tells_the_cause_once() -> None:
     ]
     part = stop_part(StopReport(problems=list(failed)))
     assert part["problems"] == failed
-    assert str(part["text"]).endswith("not done: cancelling task 0 (connection refused); 7 more steps")
+    assert str(part["text"]).endswith("not done: cancelling task 0 (connection refused); 7 more problems")
     assert str(stop_part(StopReport(problems=failed[:1]))["text"]).endswith("task 0 (connection refused)")
 
 
