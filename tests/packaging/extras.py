@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[2]
 OF_USERS = {
     "cli": ["rosproto param set /extra 'a:\n  b: 1'"],
     "mcap": ["rosproto bag convert {bag} {out}/a.mcap"],
-    "arrow": ["rosproto bag export --format parquet --topic /n -o {out}/n.parquet {bag}"],
+    "arrow": ["rosproto bag export --format parquet --topics /n -o {out}/n.parquet {bag}"],
     "remote": ["rosproto bag info file://{bag}"],
     "ros2": ["rosproto bag convert --ros2 {bag} {out}/ros2"],
     "bridge": ["rosproto bridge --port 0 => ws://"],
