@@ -20,6 +20,7 @@ from pathlib import Path
 import pytest
 
 from tests.support import ros
+from tests.support.git_snapshot import take
 from tests.support.ports import unused_port
 from tests.support.web_peers import cache
 
@@ -77,20 +78,7 @@ def install() -> Path:
         if not (target / "rosbridge_server").is_dir():
             begun = target.with_suffix(".begun")
             shutil.rmtree(begun, ignore_errors=True)
-            for words in (
-                ["init", "--quiet", str(begun)],
-                ["-C", str(begun), "fetch", "--quiet", "--depth", "1", REPOSITORY, COMMIT],
-                ["-C", str(begun), "checkout", "--quiet", "FETCH_HEAD"],
-            ):
-                done = subprocess.run(
-                    ["git", *words],
-                    capture_output=True,
-                    text=True,
-                    timeout=100,
-                    env={**os.environ, "GIT_TERMINAL_PROMPT": "0"},
-                )
-                if done.returncode:
-                    raise RuntimeError(f"rosbridge_suite cannot be had: {done.stderr.strip()[-300:]}")
+            take("rosbridge_suite", REPOSITORY, COMMIT, begun)
             begun.rename(target)
     return target
 
