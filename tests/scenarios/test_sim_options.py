@@ -194,6 +194,7 @@ def test_a_reset_is_told_while_the_simulated_time_stands(sim, chassis) -> None:
     chassis.wait_until(lambda status: status.robot_state is RobotState.IDLE, 20.0)
     assert sim.world.time == before
     sim.speed = 8.0
+    chassis.wait_until_ready(10.0)  # the state and the code of the button come on two topics
     assert chassis.go_to(1.0, 0.0).wait(20.0)
 
 
