@@ -76,16 +76,15 @@ class Lifecycle:
                 self.ended.wait(5 * CLOSE_SECONDS + (BEFORE_CLOSE_SECONDS if self.before_close else 0.0))
             return
         try:
-            for callback in self.before_close:
-                _guard(callback, reason)
+            interrupts = [_guard(callback, reason) for callback in self.before_close]
             self.closing.set()
-            for callback in self.shutdown_callbacks:
-                _guard(callback, reason)
-            for step in [*reversed(self.closers), *steps]:
-                _guard(step)
+            interrupts += [_guard(callback, reason) for callback in self.shutdown_callbacks]
+            interrupts += [_guard(step) for step in [*reversed(self.closers), *steps]]
         finally:
             _open_nodes.pop(self, None)
             self.end()
+        for interrupt in filter(None, interrupts):
+            raise interrupt
 
     def end(self) -> None:
         """Mark the node as closed."""
@@ -172,9 +171,12 @@ def shut_down_later(
     ).start()
 
 
-def _guard(step: Callable[..., object], *arguments: object) -> None:
-    """Run one step of closing, and log its exceptions, so that the other steps run."""
+def _guard(step: Callable[..., object], *arguments: object) -> BaseException | None:
+    """Run one step of closing, and log its exceptions, so that the other steps run; return an interrupt."""
     try:
         step(*arguments)
     except Exception:
         _log.exception("! closing: %r failed", step)
+    except BaseException as interrupt:
+        return interrupt
+    return None

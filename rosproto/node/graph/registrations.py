@@ -239,7 +239,7 @@ class Registrations:
                 if self._table.get(key) is one.registration:
                     del self._table[key]
                     self._confirmed.pop(key, None)
-                if isinstance(error, (ConnectionLost, RosTimeout)) and key not in self._table:
+                if error is not None and key not in self._table:
                     self._to_unregister[key] = one.registration
 
     def _was_deferred(self, registration: Registration) -> bool:
@@ -308,14 +308,14 @@ class Registrations:
                 self._to_unregister[key] = registration
                 return
             self._leaving.append(registration)
+        done = False
         try:
-            if not self._unregister(registration, self._farewell):
-                with self._lock:
-                    if key not in self._table:
-                        self._to_unregister[key] = registration
+            done = self._unregister(registration, self._farewell)
         finally:
             with self._lock:
                 self._leaving.remove(registration)
+                if not done and key not in self._table:
+                    self._to_unregister[key] = registration
 
     @staticmethod
     def _unregister(registration: Registration, master: MasterClient) -> bool:
@@ -398,9 +398,16 @@ class Registrations:
             self._confirmed.clear()
             self._pending.clear()
             self._to_unregister.clear()
+        interrupt: BaseException | None = None
         for registration in registrations:
-            if deadline.expired or not self._unregister(registration, master):
-                return
+            try:
+                done = self._unregister(registration, master)
+            except BaseException as error:  # Ctrl-C: complete it first
+                interrupt, done = error, self._unregister(registration, master)
+            if deadline.expired or not done:
+                break
+        if interrupt is not None:
+            raise interrupt
 
     @property
     def pending(self) -> frozenset[tuple[str, str]]:

@@ -316,6 +316,22 @@ def test_what_is_to_be_done_before_a_node_closes_finds_it_whole() -> None:
         eventually(lambda: heard == ["last"])
 
 
+def test_a_node_whose_close_is_interrupted_is_closed_all_the_same() -> None:
+    """Ctrl-C while a callback runs before the end is raised when the node is unregistered."""
+
+    def interrupted(_: str) -> None:
+        raise KeyboardInterrupt
+
+    with Master() as master, MasterClient(master.uri, "/tool") as client:
+        node = Node("/n", master_uri=master.uri)
+        node.before_close(interrupted)
+        node.on_shutdown(interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            node.close()
+        assert node.closed
+        assert client.get_system_state().nodes == []
+
+
 def test_a_second_caller_of_close_waits_for_what_is_done_before() -> None:
     """Whatever closes it, the node is closed when `close` returns."""
     with Master() as master:
