@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 from collections.abc import Callable
@@ -9,8 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.waiting import until
 from tests.support.woosh_command import woosh_process
-from woosh_pure import SimulatedChassis
+from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.outcome import ENDED_EARLY
+from woosh_pure.stopping.active_motions import ActiveMotions
 
 pytestmark = pytest.mark.usefixtures("private_config")
 DRIVES = "from woosh_pure import Chassis\n\ndef go(c):\n    {}\n\nwith Chassis() as c:\n    go(c)\n"
@@ -50,6 +54,23 @@ def test_a_program_that_only_stood_still_is_told_that_wait_may_be_missing(tmp_pa
     exit_code, err = run(tmp_path, code)
     assert exit_code == 0
     assert err.count("`.wait()` may be missing") == 1
+
+
+def test_a_motion_that_has_ended_before_the_closing_looks_is_told_as_ended_early(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Closing asks for its end first, and a quick robot has answered by then."""
+    end_all = ActiveMotions.end_all
+
+    def late(motions: ActiveMotions, *arguments: float) -> list[str]:
+        until(lambda: not motions.goals)
+        return end_all(motions, *arguments)
+
+    monkeypatch.setattr(ActiveMotions, "end_all", late)
+    with caplog.at_level(logging.INFO, ENDED_EARLY), SimulatedChassis(full_graph=False) as sim:
+        with Chassis(sim.master_uri) as chassis:
+            chassis.forward(0.5)
+        assert [record.name for record in caplog.records].count(ENDED_EARLY) == 1
 
 
 def test_a_program_that_waited_or_failed_is_told_nothing_of_wait(tmp_path: Path) -> None:

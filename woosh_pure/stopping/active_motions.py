@@ -85,6 +85,7 @@ class ActiveMotions:
         self._pid = os.getpid()
         self._lock = threading.RLock()
         self._goals: tuple[OwnMotion, ...] = ()
+        self._ended_early: list[OwnMotion] = []
         self._drives: tuple[Drive, ...] = ()
 
     @property
@@ -183,6 +184,7 @@ class ActiveMotions:
         """
         self.over = self.over or why
         self._stops = next(self._count)
+        self._ended_early = self._ended_early or self.goals  # when `end_all` looks they may have ended
         request = self._immediate_stop.ask(StopRequest(why, goals=not self.leave))
         self._end_noted = True
         return request
@@ -219,7 +221,8 @@ class ActiveMotions:
         if not self.leave:
             goals = self.take_goals()
             cancel_goals(goals, report, seconds, why)
-            for goal in goals:
+            early, self._ended_early = self._ended_early, []
+            for goal in dict.fromkeys([*early, *goals]):
                 logging.getLogger(ENDED_EARLY).info("%s: cancelled, because %s", goal, why)
         return report.problems
 
