@@ -96,8 +96,8 @@ FROM_JSON = {
     "Illegal trailing comma before end of array",
 }
 """Of Python's module `json`."""
-_SAYING = {"say", "advice", "both", "led"}
-_MAY_SAY = re.compile(r"\b(say|advice|both|led|line)\(")
+_SAYING = {"say", "advice", "both", "led", "refusing"}
+_MAY_SAY = re.compile(r"\b(say|advice|both|led|line|refusing)\(")
 _LEFT_OUT_CALLS = set(
     "add_argument add_argument_group add_parser debug info warning exception compile sub search match "
     "fullmatch Thread NamedTuple getattr removeprefix startswith".split()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import os
 import threading
@@ -96,6 +97,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
 
     _hints = CHASSIS
 
+    @usage('Chassis("192.168.1.20"), or Chassis("192.168.1.20:11311") with the port of its master')
     def __init__(
         self,
         address: str | None = None,
@@ -536,6 +538,12 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
             )
         require_finite(message, found.type)
         self._components.clients.send(found.name, message, require_timeout(timeout))
+
+
+for _part in (Readings, MotionVerbs, Peripherals):  # an error of wrong arguments names the class of the caller
+    for _member in vars(_part).values():
+        if inspect.isfunction(_member):
+            _member.__qualname__ = f"Chassis.{_member.__name__}"
 
 
 def components_of(chassis: Chassis) -> Components:

@@ -6,12 +6,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from rosproto import quaternion
 from rosproto.coercion import as_float
 from rosproto.deprecation import former_names
 from rosproto.sentence import say
-from woosh_pure.hints import POSE, Hints
+from woosh_pure.hints import POSE, Hints, refusing
 
 __all__ = [
     "MAX_COORDINATE_METRES",
@@ -77,6 +78,9 @@ class Pose2D(Hints):
     yaw: float = 0.0
     frame: str = "map"
     child: str = "base_link"
+
+    if not TYPE_CHECKING:
+        __getitem__ = refusing("{kind!r} object is not subscriptable; use x, y and yaw")
 
     def __post_init__(self) -> None:
         _as_floats(self, "x", "y", "yaw")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+from abc import ABCMeta
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
@@ -15,7 +16,8 @@ from rosproto.sentence import both, say
 P = ParamSpec("P")
 T = TypeVar("T")
 
-# Each line has the right call, and the guesses that mean it; upper case and underscores do not matter.
+# Each line has the right call, and the guesses that mean it; upper case and underscores do not matter. The
+# guess itself is put in place of GUESS.
 CHASSIS = """
 forward(metres): go drive drive_straight go_forward straight advance move_forward fd
 forward(-metres): back backward backwards bk reverse move_backward
@@ -25,10 +27,10 @@ go_to_mark(name), or go_to(x, y, yaw): goto navigate navigate_to drive_to move_t
 go_to(x, y, yaw): move_base send_goal set_goal goal setpos trajectory_command
 go_to_mark(name), as on the robot's map; `woosh marks` keeps a list: marks get_marks list_marks positions
 go_to_mark(name), as on the robot's map; `woosh marks` keeps a list: waypoints
-pose.latest (None before the first): position x y yaw theta heading location where pos xcor ycor
-pose.latest (None before the first): odom get_pose get_position coordinates
-battery.latest.percent (None before the first): battery_level battery_percent battery_percentage get_battery
-measured_velocity.latest, or under_way: is_moving moving speed get_speed get_velocity is_driving busy
+pose.wait(timeout=5), or pose.latest: position x y yaw theta heading location where pos xcor ycor
+pose.wait(timeout=5), or pose.latest: odom get_pose get_position coordinates
+battery.wait(timeout=5).percent: battery_level battery_percent battery_percentage get_battery
+measured_velocity.wait(timeout=5), or under_way: is_moving moving speed get_speed get_velocity is_driving busy
 stop(): halt brake emergency_stop estop freeze abort stop_all
 stop(); a simulation is reset by sim.reset() or on its page: reset restart
 stop(), or cancel() of the handle: cancel cancel_all cancel_goal
@@ -37,16 +39,16 @@ Chassis(address, timeout=seconds): timeout
 forward(metres, speed=0.2): set_speed set_velocity motors set_motors motor_left_target
 velocity(bypasses_protection=True): cmd_vel publish
 connected; `with Chassis(...) as chassis:` connects and closes: is_connected connect disconnect open shutdown
-status.latest, or readiness(): state get_status get_state robot_state is_ready ready can_move
+status.wait(timeout=5), or readiness(): state get_status get_state robot_state is_ready ready can_move
 faults: errors error get_errors get_faults alarms
 get_map(): map load_map
-scan.latest: lidar laser ranges get_scan prox sensor sensors ultrasonic
-scan.latest: distance get_distance obstacle obstacles
-pose.latest.distance_to(other): distance_to distance_from
+scan.wait(timeout=5): lidar laser ranges get_scan prox sensor sensors ultrasonic
+scan.wait(timeout=5): distance get_distance obstacle obstacles
+pose.wait(timeout=5).distance_to(other): distance_to distance_from
 on_connection(callback): on_disconnect on_disconnected on_lost on_connected on_connect on_connection_lost
 pose.on(callback), as of each feed: on subscribe subscriber listen callback on_message add_callback
 pose.on(callback), as of each feed: on_battery on_pose on_status on_scan
-camera.latest: image picture photo get_image
+camera.wait(timeout=5): image picture photo get_image
 charge(mark), or park(mark): dock go_home home mission
 light("red"): led leds set_led set_light lights color set_color leds_top pencolor
 say(text): speak play_sound sound tts beep
@@ -82,8 +84,8 @@ FAULTS = """
 present, or each of them in a loop: latest active codes list
 """
 FEED = """
-latest.NAME, latest is None at first: percent percentage level charging x y yaw theta vx wz ranges robot_state
-latest, or wait() for the next one: value get read last newest message
+wait(timeout=5).NAME, or latest.NAME: percent percentage level charging x y yaw theta vx wz ranges robot_state
+wait(timeout=5), or latest (None at first): value get read last newest message
 on(callback): subscribe callback listen add_callback
 """
 POSE = """
@@ -133,23 +135,8 @@ woosh --sim web: browser show gui view open page website reset restart 网页
 woosh run --sim PROGRAM: python script program file
 woosh --help: help 帮助
 woosh --version: version
-woosh task pick: pick
-woosh task park: park
-woosh task carry: carry
-woosh task pause: pause
-woosh task resume: resume
-woosh task cancel: cancel
-rosproto topic: topic
-rosproto node: node
-rosproto service: service
-rosproto param: param
-rosproto msg: msg
-rosproto srv: srv
-rosproto bag: bag
-rosproto graph: graph
-rosproto tf: tf
-rosproto log: log
-rosproto bridge: bridge
+woosh task GUESS: pick park carry pause resume cancel
+rosproto GUESS: topic node service param msg srv bag graph tf log bridge
 """
 COLOUR_WORDS = """
 red: 红 红色
@@ -166,11 +153,23 @@ white: 白 白色
 def meant(table: str, word: str) -> str:
     """The right one for a guess; "" where the table has none."""
     lines = (line.rpartition(": ") for line in table.splitlines())
-    return next((right for right, _, guesses in lines if _bare(word) in map(_bare, guesses.split())), "")
+    found = next((right for right, _, guesses in lines if _bare(word) in map(_bare, guesses.split())), "")
+    return found.replace("GUESS", _bare(word))
 
 
 def _bare(word: str) -> str:
     return word.lower().replace("_", "").replace("-", "")
+
+
+def _get(get: Callable[[Any, str], Any], thing: Any, name: str) -> Any:
+    try:
+        return get(thing, name)  # raises again what a property raised
+    except AttributeError as error:
+        right = meant(thing._hints, name)
+        if not right or hasattr(type(thing), name):
+            raise
+        text = both(str(error), say("use {right}", right=say(right) if " " in right else right))
+        raise AttributeError(text, name=name, obj=thing) from None
 
 
 class Hints:
@@ -185,18 +184,20 @@ class Hints:
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            try:
-                return object.__getattribute__(self, name)  # raises again what a property raised
-            except AttributeError as error:
-                right = meant(self._hints, name)
-                if not right or hasattr(type(self), name):
-                    raise
-                text = both(str(error), say("use {right}", right=say(right) if " " in right else right))
-                raise AttributeError(text, name=name, obj=self) from None
+            return _get(object.__getattribute__, self, name)
 
 
-class SettingHints(Hints):
-    """Also where a guess is set: `chassis.speed = 0.5` would change nothing."""
+class _OfClass(ABCMeta):  # a program may mix an ABC in
+    """Answers a guess at the class itself: `Chassis.connect("192.168.1.20")`."""
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(cls, name: str) -> Any:
+            return _get(type.__getattribute__, cls, name)
+
+
+class SettingHints(Hints, metaclass=_OfClass):
+    """Also at the class, and where a guess is set: `chassis.speed = 0.5` would change nothing."""
 
     if not TYPE_CHECKING:
 
@@ -208,9 +209,13 @@ class SettingHints(Hints):
             object.__setattr__(self, name, value)
 
 
-def refuse_call(feed: object, *_: object) -> NoReturn:
-    """The `__call__` of what has a value: `chassis.battery()`."""
-    raise TypeError(say("{kind!r} object is not callable; use .latest, or .wait()", kind=type(feed).__name__))
+def refusing(template: str) -> Callable[..., NoReturn]:
+    """Return a special method that answers a guess: `chassis.battery()`, `pose[0]`."""
+
+    def refuse(thing: object, *_: object) -> NoReturn:
+        raise TypeError(say(template, kind=type(thing).__name__))
+
+    return refuse
 
 
 def usage(right: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
@@ -225,7 +230,7 @@ def usage(right: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
                 signature.bind(*args, **kwargs)
             except TypeError as error:
                 hint = say("use {right}", right=say(right))
-                raise TypeError(both(f"{method.__name__}(): {error}", hint)) from None
+                raise TypeError(both(f"{call.__qualname__}(): {error}", hint)) from None
             return method(*args, **kwargs)
 
         return call

@@ -28,7 +28,7 @@ from woosh_pure.connection.connection import Connection
 from woosh_pure.errors import StaleState
 from woosh_pure.feed.type_adapter import TypeAdapter
 from woosh_pure.geometry import Velocity
-from woosh_pure.hints import FEED, Hints, refuse_call
+from woosh_pure.hints import FEED, Hints, refusing
 from woosh_pure.interface import find, row
 from woosh_pure.interface.schema import Row
 from woosh_pure.values.convert import prepare, stamp_of, to_value
@@ -99,7 +99,7 @@ class Newest(Hints, Generic[T]):
         return self.reading is not None
 
     if not TYPE_CHECKING:
-        __call__ = refuse_call
+        __call__ = refusing("{kind!r} object is not callable; use .wait(timeout=5), or .latest")
 
 
 class Feed(Newest[T]):
@@ -140,7 +140,7 @@ class Feed(Newest[T]):
     def __repr__(self) -> str:
         newest = self.known
         heard = "not heard yet" if newest is None else f"{self.count} heard, age {newest.age:.2f} s"
-        return f"<Feed {self.row.name} {self.row.type}: {heard}; see .latest>"
+        return f"<Feed {self.row.name} {self.row.type}: {heard}; see .wait(timeout=5) and .latest>"
 
     @property
     def topic(self) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from rosproto.coercion import require_number
+from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.components import Components
 from woosh_pure.enums import Direction, ExecutionMode, StepMode, TaskType
@@ -18,6 +19,15 @@ from woosh_pure.motion.task import TaskHandle, TaskOptions, TaskOrder, start_tas
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
+
+
+_log = get_logger("woosh_pure.motion")
+
+
+def _is_in_radians(degrees: float) -> bool:
+    """Whether so many rad are one turn at most and a whole number of degrees, as pi / 2 and 1.5708 are."""
+    turned = math.degrees(degrees)
+    return 0.0 < abs(turned) < 360.01 and abs(turned - round(turned)) < 0.001
 
 
 class MotionVerbs:
@@ -268,6 +278,8 @@ class MotionVerbs:
             RosTimeout: The action server is not there.
         """
         step, many = Step.turn(radians_of(angle) if degrees else angle, speed), several_turns or degrees
+        if degrees and _is_in_radians(angle):
+            _log.warning("! %s: as rad it is %.0f degrees; rotate(angle) takes rad", step, math.degrees(angle))
         return self.steps(
             step, avoid=avoid, timeout=timeout, several_turns=many, check=check, replace=replace
         )

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import abc
 import asyncio
 import copy
 import inspect
+import math
 import pickle
 import re
+from collections.abc import Callable
+from functools import partial
 from unittest import mock
 
 import numpy as np
 import pytest
 
 import woosh_pure.chassis as chassis_module
+from rosproto.errors import ConnectionLost
 from woosh_pure import Chassis, Outcome, OutcomeKind, Pose2D, SimulatedChassis, aio, hints
 from woosh_pure.faults import Faults
 from woosh_pure.feed.feed import Feed
@@ -54,12 +59,15 @@ GUESSES = [
     *[(CHASSIS.battery, "percentage"), (CHASSIS.battery, "level"), (HANDLE, "on_failed")],
     *[(Progress(None, None, 0.0, None), "percentage"), (StopReport(), "stopped"), (StopReport(), "ok")],
     *[(GridMap(np.zeros((1, 1), np.int8), 1.0), "to_image"), (Faults(), "latest")],
+    *[(Chassis, "connect"), (Chassis, "goto"), (Chassis, "x"), (aio.Chassis, "connect")],
     *[(POSE, name) for name in ("angle", "heading", "position", "distance")],
     *[(SIMULATED, name) for name in ("estop", "move", "forward", "obstacle", "setPose", "restart", "uri", "battery_level")],
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("thing", "name"), GUESSES, ids=[f"{type(t).__name__}.{n}" for t, n in GUESSES])
+@pytest.mark.parametrize(
+    ("thing", "name"), GUESSES, ids=[f"{getattr(t, '__name__', type(t).__name__)}.{n}" for t, n in GUESSES]
+)
 def test_a_guess_names_what_there_is(thing: object, name: str) -> None:
     with pytest.raises(AttributeError, match=f"no attribute '{name}'; use ") as caught:
         getattr(thing, name)
@@ -79,6 +87,12 @@ def test_a_table_names_members_and_hides_none(table: str, cls: type) -> None:
     assert not [name for name in names if name in dir(cls)]
     for right, _, _ in lines:
         assert re.match(r"\w+", right).group() in [*dir(cls), cls.__name__]
+
+
+def test_a_value_is_waited_for_where_a_hint_names_a_feed() -> None:
+    """`.latest` is None before the first value, and a hint to it alone led to the next error."""
+    rows = [line.rpartition(": ")[0] for line in f"{hints.CHASSIS}{hints.FEED}".splitlines()]
+    assert [right for right in rows if "latest" in right and "wait(timeout=5)" not in right] == []
 
 
 def test_there_are_many() -> None:
@@ -102,6 +116,17 @@ def test_copies_pickles_and_mocks_are_as_before() -> None:
     with pytest.raises(AttributeError):
         robot.goto  # noqa: B018
     assert callable(robot.forward)
+
+
+def test_a_class_of_a_program_mixes_an_abc_in() -> None:
+    class Robot(Chassis, abc.ABC):
+        pass
+
+    with pytest.raises(
+        AttributeError, match=r"^type object 'Robot' has no attribute 'connect'; use connected"
+    ):
+        Robot.connect("127.0.0.1:9")  # type: ignore[attr-defined]
+    assert not hasattr(Robot, "goto")
 
 
 def test_a_property_that_fails_says_its_own_error(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -133,6 +158,48 @@ def test_a_property_that_fails_says_its_own_error(monkeypatch: pytest.MonkeyPatc
 def test_wrong_arguments_name_the_right_call(call, right: str) -> None:
     with pytest.raises(TypeError, match=right):
         call(CHASSIS)
+
+
+@pytest.mark.parametrize("name", ["charge", "say", "set_pose", "go_to_mark", "readiness", "wait_until"])
+def test_an_error_of_arguments_names_the_class_of_the_user(name: str) -> None:
+    """Not a part of it: MotionVerbs.charge() is not in the documentation."""
+    with pytest.raises(TypeError, match=rf"^Chassis\.{name}\(\)"):
+        getattr(CHASSIS, name)(no_such_argument=1)
+
+
+@pytest.mark.parametrize("cls", [Chassis, aio.Chassis])
+def test_a_port_of_its_own_is_answered_by_the_form_of_an_address(cls: type) -> None:
+    with pytest.raises(TypeError, match=r'Chassis\("192.168.1.20:11311"\) with the port of its master'):
+        cls("127.0.0.1", port=9)
+
+
+def test_a_pose_names_its_parts_when_it_is_taken_for_a_list() -> None:
+    for take in (lambda: POSE[0], lambda: list(POSE), lambda: 1.0 in POSE):  # type: ignore[index,arg-type,operator,call-overload]
+        with pytest.raises(TypeError, match="^'Pose2D' object is not subscriptable; use x, y and yaw$"):
+            take()
+    assert np.array([POSE]).dtype == object
+
+
+def degrees_said(caplog: pytest.LogCaptureFixture, turn: Callable[..., object], angle: float) -> list[str]:
+    caplog.clear()
+    with pytest.raises(ConnectionLost):
+        turn(angle)
+    return [record.message for record in caplog.records if "rotate(angle) takes rad" in record.message]
+
+
+@pytest.mark.parametrize("angle", [math.pi / 2, 1.5708, -math.pi, math.radians(30), 2 * math.pi])
+def test_a_turn_in_degrees_that_is_meant_in_rad_is_logged(
+    caplog: pytest.LogCaptureFixture, angle: float
+) -> None:
+    """It is carried out as it stands: 1.5708 degrees are legal."""
+    for turn in (CHASSIS.left, CHASSIS.right, partial(CHASSIS.rotate, degrees=True)):
+        said = degrees_said(caplog, turn, angle)
+        assert [f"{math.degrees(abs(angle)):.0f} degrees;" in text for text in said] == [True]
+
+
+@pytest.mark.parametrize("angle", [1, 90, 0.5, 1.5, 2.5, 5, -3.0, 6.5, 360, 4 * math.pi])
+def test_other_turns_are_not_commented_on(caplog: pytest.LogCaptureFixture, angle: float) -> None:
+    assert degrees_said(caplog, CHASSIS.left, angle) == []
 
 
 def test_no_hint_to_copy_moves_the_robot_as_it_stands() -> None:
@@ -173,9 +240,9 @@ def test_a_guess_that_is_set_is_refused_and_another_name_is_the_programs_own() -
 
 
 def test_a_feed_names_its_value_when_it_is_printed_or_called() -> None:
-    assert repr(CHASSIS.battery).endswith("; see .latest>")
+    assert repr(CHASSIS.battery).endswith("; see .wait(timeout=5) and .latest>")
     for feed in (CHASSIS.battery, CHASSIS.aio.battery):
-        with pytest.raises(TypeError, match=r"not callable; use \.latest"):
+        with pytest.raises(TypeError, match=r"not callable; use \.wait\(timeout=5\), or \.latest"):
             feed()  # type: ignore[operator]
 
 
@@ -232,8 +299,9 @@ def test_a_command_that_is_meant_is_there() -> None:
     guesses = [guess for _, _, words in lines for guess in words.split()]
     assert len(guesses) == len(set(guesses))
     assert not set(guesses) & set(COMMANDS)
-    for right, _, _ in lines:
-        program, *words = right.split()
+    for right, _, guesses in lines:
+        program, *words = hints.meant(hints.COMMANDS, guesses.split()[0]).split()
+        assert "GUESS" not in words, right
         word = next((word for word in words if not word.startswith("-")), "")
         assert program == "rosproto" or not word or word in COMMANDS
     for (
