@@ -48,6 +48,28 @@ def test_causes_of_the_program_stay_and_debug_shows_all(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        ("speed = 1\nprint(sped)\n", "NameError: name 'sped' is not defined. Did you mean: 'speed'?"),
+        ("import math\nmath.sqr(2)\n", "Did you mean: 'sqrt'?"),
+        ("import time\ndef go():\n    tme.sleep(1)\ngo()\n", "Did you mean: 'time'?"),
+        ("print('x'\n", "SyntaxError: '(' was never closed"),
+    ],
+)
+def test_pythons_own_help_stays(tmp_path: Path, code: str, said: str) -> None:
+    """Python 3.11 and earlier give it by their own printing of an error alone."""
+    exit_code, err = run(tmp_path, code, options=())
+    assert exit_code == 1
+    assert said in err.splitlines()[-1]
+    assert all("first.py" in line for line in err.splitlines() if line.startswith("  File "))
+
+
+def test_an_error_that_is_its_own_cause_is_shown_once(tmp_path: Path) -> None:
+    code = "a, b = ValueError('a'), KeyError('b')\na.__cause__, b.__cause__ = b, a\nraise a\n"
+    assert run(tmp_path, code, options=())[1].splitlines()[-1] == "ValueError: a"
+
+
+@pytest.mark.parametrize(
     "code", [DRIVES.format("c.forward(0.5)"), "from woosh_pure import Chassis\nChassis().left(90)\n"]
 )
 def test_a_program_that_only_stood_still_is_told_that_wait_may_be_missing(tmp_path: Path, code: str) -> None:

@@ -11,7 +11,6 @@ import sys
 import sysconfig
 import threading
 import time
-import traceback
 from argparse import SUPPRESS, ArgumentParser, Namespace
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -85,9 +84,8 @@ def run_run(args: Namespace, out: Output) -> int:
             )
 
     def show(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        shown = traceback.TracebackException(kind, error, trace)
-        _leave_own_frames(shown)
-        print("".join(shown.format()), end="", file=sys.stderr)
+        _leave_own_frames(error.with_traceback(trace))
+        sys.__excepthook__(kind, error, error.__traceback__)
         if isinstance(error, ModuleNotFoundError) and (right := meant(MODULES, error.name or "")):
             out.line("did you mean {names}?", names=f"`{right}`")
 
@@ -115,17 +113,23 @@ def _end_with(pipe: int) -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
 
-def _leave_own_frames(error: traceback.TracebackException) -> None:
+def _leave_own_frames(error: BaseException, seen: tuple[BaseException, ...] = ()) -> None:
     """Remove the frames of libraries, and the causes that are within them."""
     folders = [sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")]
     folders += [os.path.dirname(str(module.__file__)) for module in (rosproto, woosh_pure)]
     libraries = ("<frozen ", *(os.path.join(folder, "") for folder in folders))
-    own = [frame for frame in error.stack if not frame.filename.startswith(libraries)]
-    error.stack = traceback.StackSummary.from_list(own)
+    own, each = list[TracebackType](), error.__traceback__
+    while each is not None:
+        if not each.tb_frame.f_code.co_filename.startswith(libraries):
+            own.append(each)
+        each = each.tb_next
+    error.__traceback__ = None
+    for one in reversed(own):
+        error.__traceback__ = TracebackType(error.__traceback__, one.tb_frame, one.tb_lasti, one.tb_lineno)
     for name in ("__cause__", "__context__"):
-        if (cause := getattr(error, name)) is not None:
-            _leave_own_frames(cause)
-            if not cause.stack:
+        if (cause := getattr(error, name)) is not None and cause not in seen:
+            _leave_own_frames(cause, (*seen, error))
+            if cause.__traceback__ is None:
                 setattr(error, name, None)
 
 
