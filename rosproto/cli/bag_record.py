@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from rosproto.cli.graph_clients import open_node
 from rosproto.cli.graph_options import add_graph_options
 from rosproto.cli.options import add_compression, count, positive, seconds, whole_from
 from rosproto.cli.signals import interrupt_on_signals
+from rosproto.sentence import Sentence, say
 from rosproto.text import human_bytes
 
 if TYPE_CHECKING:
@@ -157,7 +159,9 @@ def _await_clock(node: Node, quiet: bool) -> None:
         pass
 
 
-def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
+def follow_recording(
+    recorder: Recorder, *, quiet: bool = False, translate: Callable[[str], str] = str
+) -> int:
     """Show progress until the recording ends or is interrupted, then finish; return 1 if messages were lost.
 
     The progress line is overwritten on a terminal, and printed every ten seconds in a log.
@@ -167,12 +171,16 @@ def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
     """
     line = Progress("", quiet=quiet)
     shown: RecorderStats | None = None
+
+    def note(template: str, **values: object) -> None:
+        line.note(translate(say(template, **values)))
+
     try:
-        line.note(f"recording to {recorder.stats().path}")
+        note("recording to {path}", path=recorder.stats().path)
         while not recorder.wait(0.5):
             stats = recorder.stats()
             if line.on or stats.seconds - (shown.seconds if shown else 0.0) >= 10.0:
-                (line.show if line.on else line.note)(progress_line(stats, shown))
+                (line.show if line.on else line.note)(translate(progress_line(stats, shown)))
                 shown = stats
     except KeyboardInterrupt:
         pass  # the normal end of a recording
@@ -183,25 +191,32 @@ def follow_recording(recorder: Recorder, *, quiet: bool = False) -> int:
         finally:
             stats = recorder.stats()
             for path in recorder.paths:
-                line.note(f"{path}" + ("" if path.exists() else ".active (not finished)"))
-            line.note(
-                f"{counted(stats.messages, 'message')}, {human_bytes(stats.bytes)}, {stats.seconds:.1f} s, "
-                f"{stats.dropped} dropped"
+                note("{path}" if path.exists() else "{path}.active (not finished)", path=path)
+            note(
+                "{messages}, {size}, {seconds:.1f} s, {dropped} dropped",
+                messages=counted(stats.messages, "message"),
+                size=human_bytes(stats.bytes),
+                seconds=stats.seconds,
+                dropped=stats.dropped,
             )
             if not stats.messages:
-                line.note("nothing came: did anybody publish these topics? see: rosproto topic list")
+                note("nothing came: did anybody publish these topics? see: rosproto topic list")
     return 1 if recorder.dropped else 0
 
 
-def progress_line(stats: RecorderStats, before: RecorderStats | None) -> str:
+def progress_line(stats: RecorderStats, before: RecorderStats | None) -> Sentence:
     """Return the progress line; `before` is what the previous line showed."""
     rate = "-"
     if before is not None and stats.seconds > before.seconds:
         rate = human_bytes(max(0, stats.bytes - before.bytes) / (stats.seconds - before.seconds))
-    text = (
-        f"{stats.seconds:.0f} s  {counted(stats.messages, 'message')}  {counted(stats.topics, 'topic')}  "
-        f"{human_bytes(stats.bytes)}  {rate}/s"
+    text = say(
+        "{seconds:.0f} s  {messages}  {topics}  {size}  {rate}/s",
+        seconds=stats.seconds,
+        messages=counted(stats.messages, "message"),
+        topics=counted(stats.topics, "topic"),
+        size=human_bytes(stats.bytes),
+        rate=rate,
     )
     if stats.waiting_bytes > 8 * MB:
-        text += f"  {human_bytes(stats.waiting_bytes)} wait for the disk"
-    return text + (f"  {stats.dropped} DROPPED" if stats.dropped else "")
+        text = say("{text}  {size} wait for the disk", text=text, size=human_bytes(stats.waiting_bytes))
+    return say("{text}  {dropped} DROPPED", text=text, dropped=stats.dropped) if stats.dropped else text

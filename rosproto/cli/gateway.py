@@ -94,7 +94,8 @@ def _bridge(arguments: argparse.Namespace) -> None:
 
 
 def _announced(server: Rosbridge, options: ServerOptions, token: str | None) -> list[str]:
-    return [f"Serving rosbridge at {_url(server, options, token)} ({_opened(options['access'])})"]
+    url, opened = _url(server, options, token), _opened(options["access"])
+    return [say("Serving rosbridge at {url} ({opened})", url=url, opened=opened)]
 
 
 def add_foxglove_arguments(parser: argparse.ArgumentParser) -> None:
@@ -172,15 +173,16 @@ def announced(server: Foxglove, options: ServerOptions, token: str | None) -> li
     url = _url(server, options, token)
     page = f"{WEB}/?ds=foxglove-websocket&ds.url={quote(url, safe='')}"
     if options["token"] is not None and token is None:
-        web = "The token is not shown: put it in place of the dots"
+        web = say("The token is not shown: put it in place of the dots")
     elif WEB in options["origins"] or "*" in options["origins"]:
-        web = f"open:  {page}"
+        web = say("open:  {page}", page=page)
     else:
-        web = f"Foxglove's page may not connect where writing is open: add --token T, or --origin {WEB}"
+        text = "Foxglove's page may not connect where writing is open: add --token T, or --origin {origin}"
+        web = say(text, origin=WEB)
     return [
-        f"Serving Foxglove at {url} ({_opened(options['access'])})",
+        say("Serving Foxglove at {url} ({opened})", url=url, opened=_opened(options["access"])),
         web,
-        "In Foxglove or Lichtblick: Open connection, Foxglove WebSocket, and that address",
+        say("In Foxglove or Lichtblick: Open connection, Foxglove WebSocket, and that address"),
     ]
 
 
@@ -384,15 +386,16 @@ def _tls(arguments: argparse.Namespace) -> ssl.SSLContext | None:
     try:
         context.load_cert_chain(arguments.tls_cert, arguments.tls_key)
     except (OSError, ssl.SSLError) as problem:
-        raise CommandError(f"--tls-cert {arguments.tls_cert}: it cannot be used: {problem}") from problem
+        text = "--tls-cert {file}: it cannot be used: {problem}"
+        raise CommandError(say(text, file=arguments.tls_cert, problem=problem)) from problem
     return context
 
 
 def _opened(access: Access) -> str:
     """Describe what clients may write."""
     if access.writes_anything:
-        return f"writing: {', '.join(access.write)}"
-    return "read only" if access.read_only else "read only: --allow-write PATTERN opens more"
+        return say("writing: {names}", names=list(access.write))
+    return say("read only" if access.read_only else "read only: --allow-write PATTERN opens more")
 
 
 def until_interrupted(node: Node, limit: float | None) -> None:

@@ -15,6 +15,7 @@ import pytest
 
 from rosproto.text import width
 from tests.support.extras import needs
+from tests.support.woosh_command import woosh_process
 from tools.templates import english_left
 from woosh_pure import SimulatedChassis
 from woosh_pure.cli import main
@@ -86,6 +87,8 @@ def chinese(text: str) -> None:
         ("web --no-browser --port 0 --origin foo", 2, "不是有效的来源"),
         ("record --for 2", 2, "无法识别：--for；您是不是想输入 --force 或 --format？"),
         ("connect --show", 2, "请给出底盘的地址"),
+        ("foxglove --port 0 --for 0.2", 0, "（只读；用 --allow-write PATTERN 开放写入）"),
+        ("foxglove --port 0 --for 0.2 --allow-driving", 0, "允许写入时，Foxglove 的网页不能连接"),
     ],
 )  # fmt: skip
 def test_what_is_said_is_chinese(
@@ -121,6 +124,24 @@ def test_who_cannot_be_reached_and_what_is_not_ready(
         chinese("".join(capsys.readouterr()))
     assert main(["--chassis", "robot.invalid", "--lang", "zh", "status"]) == 4
     assert "无法解析" in capsys.readouterr().err
+
+
+def test_a_recording_in_chinese(woosh: Woosh, tmp_path: Path) -> None:
+    """Its progress, its end, and what was not heard."""
+    _, out, err = woosh("--lang", "zh", "record", "-O", str(tmp_path / "a.bag"), "--duration", "1.5")
+    chinese(out + err)
+    assert f"正在录制到 {tmp_path}" in err
+    assert "条消息" in err
+
+
+def test_a_line_of_the_log_has_its_sentences_in_chinese(sim: SimulatedChassis) -> None:
+    """What `woosh vda5050` says of a broker that is not there, or that a robot moves already, is such a line."""
+    needs("fleet")
+    words = ("vda5050", "--broker", "mqtt://127.0.0.1:1", "--serial", "7", "--for", "1.5")
+    out, err = woosh_process("--lang", "zh", "--master", sim.master_uri, *words).communicate(timeout=60)
+    chinese(out + err)
+    assert "! uagv/v2/Woosh/7: 无法连接代理 mqtt://127.0.0.1:1：" in err
+    assert "；会不断重试" in err
 
 
 def test_the_selftest_in_chinese(capsys: pytest.CaptureFixture[str]) -> None:

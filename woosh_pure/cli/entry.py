@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 import sys
 from collections.abc import Sequence
 from functools import partial
@@ -31,7 +32,7 @@ from rosproto.errors import RosError
 from rosproto.version import __version__
 from woosh_pure.cli.arguments import EachChassis
 from woosh_pure.cli.commands import COMMANDS, add_arguments, run
-from woosh_pure.cli.output import EXIT_CODES, Output
+from woosh_pure.cli.output import EXIT_CODES, LogLines, Output
 from woosh_pure.hints import COMMANDS as GUESSED_COMMANDS
 from woosh_pure.hints import meant
 from woosh_pure.language import LANGUAGES, language_of, translated
@@ -55,6 +56,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit code, see `EXIT_CODES`."""
     words = words_of(argv)
     language = language_of(words, stream=sys.stdout)
+    if logging.lastResort is not None:
+        logging.lastResort.setFormatter(LogLines(language))
     try:
         if _asked(words) == "run" and not parser_for(words, language).parse_args(words).watch:
             return _run_program(words, language)

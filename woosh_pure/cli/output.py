@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
+from copy import copy
 from functools import partial
 from typing import TYPE_CHECKING, TextIO
 
@@ -11,7 +13,7 @@ from rosproto import cli
 from rosproto.cli import DONE, FAILED, INTERRUPTED, TERMINATED, UNREACHABLE, WRONG_USE, own
 from rosproto.sentence import Sentence, say
 from woosh_pure.enums import TaskState
-from woosh_pure.language import translated
+from woosh_pure.language import said, translated
 
 if TYPE_CHECKING:
     from woosh_pure.values.state import RobotStatus
@@ -42,6 +44,23 @@ class Output(cli.Output):
     def __init__(self, *, as_json: bool = False, stream: TextIO | None = None, language: str = "en") -> None:
         super().__init__(as_json=as_json, stream=stream, translate=partial(translated, language=language))
         self.language = language
+
+
+class LogLines(logging.Formatter):
+    """Lines of the log on stderr: the sentences in them are in the language of the command."""
+
+    def __init__(self, language: str) -> None:
+        super().__init__()
+        self._language = language
+
+    def format(self, record: logging.LogRecord) -> str:
+        record = copy(record)
+        if isinstance(record.args, tuple):
+            record.args = tuple(
+                said(each, self._language) if isinstance(each, (Sentence, BaseException)) else each
+                for each in record.args
+            )
+        return super().format(record)
 
 
 def task_words(status: RobotStatus) -> Sentence:

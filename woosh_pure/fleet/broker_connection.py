@@ -148,7 +148,7 @@ class BrokerConnection:
                     self._waiting_bytes += len(payload)
                 has_room = info.rc == self._module.MQTT_ERR_SUCCESS
         if first:
-            self._warn(f"the broker {self.broker.url} does not read: what is sent is dropped until it does")
+            self._warn("the broker {broker} does not read: what is sent is dropped until it does")
         return bool(has_room)
 
     def _has_room(self, size: int) -> bool:
@@ -248,21 +248,23 @@ class BrokerConnection:
             try:
                 load_certificates(self._context, self.broker)  # they may have been renewed
             except (OSError, ValueError) as error:
-                self._warn(f"the certificates cannot be read again, and those of before are used: {error}")
+                text = "the certificates cannot be read again, and those of before are used: {error}"
+                self._warn(text, error=error)
 
     def _on_connect_fail(self, client: mqtt.Client, data: object) -> None:
         error = sys.exc_info()[1]  # paho calls this while it handles the exception
         client.reconnect_delay_set(*_UNREACHABLE_WAITS)
-        why = f": {error}" if error is not None and str(error) else ""
-        self._warn(f"the broker {self.broker.url} cannot be reached{why}; it is tried again and again")
+        text = "the broker {broker} cannot be reached: {error}; it is tried again and again"
+        self._warn(text, error=str(error or "") or say("no answer"))
 
     def _on_socket_open(self, client: mqtt.Client, data: object, sock: socket.socket) -> None:
         # Else a state right after another one waits 40 ms for the broker's acknowledgement.
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if os.name == "posix" and sock.fileno() >= _MAX_FILES:
             self._warn(
-                f"this process has more than {_MAX_FILES} files open, and paho-mqtt takes no further "
-                "connection then: give each process fewer vehicles (25 whole chassis)"
+                "this process has more than {files} files open, and paho-mqtt takes no further "
+                "connection then: give each process fewer vehicles (25 whole chassis)",
+                files=_MAX_FILES,
             )
 
     def _on_connect(
@@ -290,26 +292,29 @@ class BrokerConnection:
         self.connected.clear()
         if self._closing or client is not self._client:
             return
-        url = self.broker.url
         if was_connected and duration >= _STABLE_SECONDS:
-            self._warn(f"the connection with the broker {url} is lost: {reason}")
+            self._warn("the connection with the broker {broker} is lost: {reason}", reason=reason)
             self._rejected_backoff.reset()
             client.reconnect_delay_set(*_UNREACHABLE_WAITS)
         else:
             wait: Any = self._rejected_backoff.next()  # paho takes any number; its annotation is int
             client.reconnect_delay_set(wait, wait)
             if self._refused == "Unsupported protocol version":
-                self._warn(f"the broker {url} does not speak MQTT 5: 3.1.1 is used")
+                self._warn("the broker {broker} does not speak MQTT 5: 3.1.1 is used")
                 threading.Thread(target=self._use_mqtt_3, args=(client,), daemon=True).start()
             elif self._refused:
-                self._warn(f"the broker {url} refused us: {self._refused}")
+                self._warn("the broker {broker} refused us: {reason}", reason=self._refused)
             elif was_connected:
                 self._warn(
-                    f"the broker {url} ended the connection as soon as it stood: {reason}; does another "
-                    f"process say that it is {self.prefix}?"
+                    "the broker {broker} ended the connection as soon as it stood: {reason}; does another "
+                    "process say that it is {vehicle}?",
+                    reason=reason,
+                    vehicle=self.prefix,
                 )
             else:
-                self._warn(f"the broker {url} took the connection and did not answer: {reason}")
+                self._warn(
+                    "the broker {broker} took the connection and did not answer: {reason}", reason=reason
+                )
         if was_connected:
             self._changed(False)
 
@@ -343,7 +348,8 @@ class BrokerConnection:
             return
         self._received(topic, bytes(message.payload))
 
-    def _warn(self, text: str) -> None:
+    def _warn(self, template: str, **values: object) -> None:
+        text = say(template, broker=self.broker.url, **values)
         if text != self._last_warning:
             self._last_warning = text
             _log.warning("! %s: %s", self.prefix, text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import logging
 import math
 import sys
 from dataclasses import replace
@@ -17,6 +18,7 @@ from rosproto import profile as config
 from rosproto.errors import ConnectionLost
 from rosproto.json_values import plain
 from rosproto.numeric import encode_png
+from rosproto.sentence import say
 from rosproto.text import width
 from rosproto.time import Time
 from tests.support.png import read_png
@@ -24,7 +26,7 @@ from tests.support.waiting import until
 from woosh_pure.cli import main
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.commands.devices import image_png
-from woosh_pure.cli.output import Output
+from woosh_pure.cli.output import LogLines, Output
 from woosh_pure.cli.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
 from woosh_pure.cli.screen import Scene, Screen
 from woosh_pure.enums import RobotState
@@ -56,6 +58,15 @@ def test_everything_becomes_json_without_nan() -> None:
         "1": [True, None, "x", 2**64],
         "other": [3],
     }
+
+
+def test_a_line_of_the_log_is_in_the_language_of_the_command() -> None:
+    """Where a sentence or an error of one is in it; other handlers see what was said."""
+    error = ValueError(say("mark {mark!r} is not in the demo's hall; it has {names}", mark="x", names="A1"))
+    record = logging.LogRecord("woosh", 30, "", 1, "! %s: %s %d", (say("no answer"), error, 3), None)
+    assert LogLines("zh").format(record).startswith("! 没有应答: ")
+    assert LogLines("en").format(record) == record.getMessage()
+    assert record.getMessage().startswith("! no answer: mark 'x' is not in")
 
 
 def test_an_error_comes_after_no_document_only() -> None:

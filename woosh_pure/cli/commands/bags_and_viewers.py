@@ -61,7 +61,7 @@ def run_record(args: Namespace, out: Output) -> int:
         )
         selection = selection_of(args.topics, camera=args.camera, all=args.all, exclude=args.exclude)
         recorder = Recorder(node, selection=selection, **options)
-        code = follow_recording(recorder, quiet=args.quiet or args.json)
+        code = follow_recording(recorder, quiet=args.quiet or args.json, translate=out.say)
     return _tell_bags(recorder, out) or code
 
 
