@@ -226,23 +226,14 @@ class ChassisLease:
 
 def _name(owner: str) -> str:
     if not (isinstance(owner, str) and owner.strip() and len(owner) <= 200):
-        raise ValueError(
-            say(
-                "owner {owner!r:.80}: expected a printable name of at most 200 characters",
-                owner=owner,
-            )
-        )
-    return "".join(owner)
+        wrong = "owner {owner!r:.80}: expected a printable name of at most 200 characters"
+        raise ValueError(say(wrong, owner=owner))
+    return str(owner)  # a sentence stays one
 
 
 def _seconds(seconds: float) -> float:
     seconds = as_float(seconds)
     if not (math.isfinite(seconds) and 0.0 < seconds <= MAX_SECONDS):
-        raise ValueError(
-            say(
-                "seconds={seconds}: expected more than 0 and at most {max_seconds:g}",
-                seconds=seconds,
-                max_seconds=MAX_SECONDS,
-            )
-        )
+        wrong = "seconds={seconds}: expected more than 0 and at most {max_seconds:g}"
+        raise ValueError(say(wrong, seconds=seconds, max_seconds=MAX_SECONDS))
     return seconds

@@ -266,7 +266,8 @@ def test_a_simulated_robot_may_be_driven_and_each_pupil_has_one() -> None:
         said = [process.stdout.readline() for _ in range(7)]
         uris = [line.split()[4].rstrip(",") for line in said if ": simulated chassis at " in line]
         assert [line.split(":")[0] for line in said if ": simulated" in line] == ["robot1", "robot2"]
-        pages = [line.split()[-1] for line in said if line.startswith("the page for others: ")]
+        assert not any("for others" in line for line in said), "nobody else reaches 127.0.0.1"
+        pages = [line.split()[-1] for line in said if line.startswith("the page of robot")]
         assert [page.rpartition("/robots/")[2] for page in pages] == ["robot1/", "robot2/"]
         with Chassis(uris[1]) as second:
             second.move(0.3).wait(timeout=20)

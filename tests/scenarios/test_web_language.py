@@ -12,7 +12,7 @@ import pytest
 pytest.importorskip("fastapi", reason="needs the extra `web`")
 pytest.importorskip("uvicorn", reason="needs the extra `web`")
 
-from tests.support.web import Served, serving
+from tests.support.web import PageClient, Served, serving
 from tools.templates import english_left
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.language.table import key_of, translator_for
@@ -132,6 +132,18 @@ def test_what_a_request_is_refused_for_is_told_without_python(web: Served) -> No
     ]
     for said in sentences(refused):
         assert not english_left(said), said
+
+
+def test_a_page_is_named_in_the_language_of_the_request(web: Served, chassis: Chassis) -> None:
+    """For programs its name is the same in each language."""
+    with PageClient(web.port) as page:
+        name = page.of("hello")["you"]
+        page.say(t="lease", op="ask")
+        page.of("lease", yours=True)
+        refused = web.post("goals", {"kind": "move", "distance": 1.0}, headers=CHINESE).json
+        assert refused["detail"].startswith("网页 1（127.0.0.1）正在控制这台机器人")
+        assert refused["holder"] == name == "page 1 at 127.0.0.1"
+        assert web.get("lease", headers=CHINESE).json["holder"] == name
 
 
 @pytest.mark.structure

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 from rosproto.admission import AddressBuckets, AdmissionPolicy, port_of, require_page_origin
 from rosproto.deprecation import former_names
+from rosproto.sentence import say
 from rosproto.text import printable
 from woosh_pure.web.http_errors import Problem
 
@@ -136,7 +137,7 @@ class Clients:
                 if len(self._known) >= self._max_sessions:
                     return None
                 address = printable(address)[:60]
-                name = f"page {next(self._numbers)} at {address}"
+                name = say("page {number} at {address}", number=next(self._numbers), address=address)
                 client = Client(secrets.token_urlsafe(18), name, address)
                 self._known[client.session] = client
             client.connected, client.last_connected = True, now

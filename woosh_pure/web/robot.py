@@ -173,7 +173,7 @@ class Robot:
         holder = lease.holder
         if holder is not None and holder != client.name:
             text = "{holder} commands this robot now; ask for the lease, and wait until it is granted"
-            raise Problem(409, text, "leased", facts={"holder": holder}, holder=holder)
+            raise Problem(409, text, "leased", facts={"holder": "".join(holder)}, holder=holder)
         if holder is not None:
             lease.renew(client.name)
 

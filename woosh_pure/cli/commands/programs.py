@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 _OPTIONS = ("--sim", "--sim-speed", "--watch", "--page-port", "--mark", "--marks", "--chassis", "--master")
 """Those of `woosh run` that are told where they stand behind the file, and so are the program's."""
 
+_ENDED = "the program has ended with exit code {code}; {report}; it runs again {again}; Ctrl-C ends"
+
 
 def add_run(parser: ArgumentParser) -> None:
     add_mark_options(parser)
@@ -189,13 +191,10 @@ def _run_once(
             if not ended and process.poll() is not None:
                 ended = True
                 report = chassis.stop(everything=True)
-                out.line(
-                    "the program has ended with exit code {code}; {report}; it runs again when {file} "
-                    "changes, or after a reset on the page; Ctrl-C ends",
-                    code=process.returncode,
-                    report=report,
-                    file=args.program,
-                )
+                again = say("when {file} changes", file=args.program)
+                if simulator:
+                    again = say("{changed}, or after a reset on the page", changed=again)
+                out.line(_ENDED, code=process.returncode, report=report, again=again)
     finally:
         with signals_ignored():
             process.terminate()

@@ -154,11 +154,14 @@ def page_of(
         given = f"#token={args.token}" if args.token else ""
         shown = f"#token={token}" if token and is_terminal(sys.stdout) else given
         out.line("the page: {page}", page=server.url + shown)
-        for name in [f"robots/{name}/" for name in robots] if len(robots) > 1 else [""]:
-            page = f"{make_uri(_own_address(args.bind), server.port, server.scheme)}{name}{shown}"
-            if name or not is_loopback(args.bind):
-                out.line("the page for others: {page}", page=page)
-            if not is_loopback(args.bind):
+        reached, others = _own_address(args.bind), not is_loopback(args.bind)
+        for name in robots if len(robots) > 1 else [""] if others else []:
+            path = f"robots/{name}/" if name else ""
+            page = f"{make_uri(reached, server.port, server.scheme)}{path}{shown}"
+            out.line(
+                "the page of {name}: {page}" if name else "the page for others: {page}", name=name, page=page
+            )
+            if others:
                 _say_code(page, out)
         out.line("for programs: {url}api/v1/status, {url}openapi.json", url=server.url)
         out.record({"url": server.url, "port": server.port, "robots": list(robots)})
