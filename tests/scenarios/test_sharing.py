@@ -139,6 +139,28 @@ def test_a_newcomer_is_a_warning_and_the_drive_goes_on(sim, chassis, until, capl
     assert [r.levelno for r in caplog.records if "/late" in r.message] == [logging.WARNING]
 
 
+def test_a_robot_that_moves_already_is_told_of_once_where_a_program_takes_it(
+    sim, real_time, chassis, until, caplog
+):
+    """In a program under `woosh run`, too: it is not refused, as the chassis replaces the other's goal."""
+    with Chassis(sim.master_uri) as other:
+        other.go_to(2.5, 0.0)
+        until(lambda: not sim.world.body.velocity.is_standing())
+        handle = chassis.move(0.2)
+        assert [r.levelno for r in caplog.records if "the robot moves already" in r.message] == [
+            logging.WARNING
+        ]
+        handle.cancel()
+        chassis.move(0.2).cancel()
+    assert sum("the robot moves already" in record.message for record in caplog.records) == 1
+
+
+def test_a_robot_that_stands_is_taken_without_a_word(sim, chassis, caplog):
+    chassis.move(0.1).wait(timeout=20)
+    chassis.move(0.1).cancel()
+    assert "moves already" not in caplog.text
+
+
 @pytest.fixture
 def ticking(sim) -> Iterator[rosproto.Publisher]:
     """A program that sends zero velocities all the time, as an idle joystick does."""

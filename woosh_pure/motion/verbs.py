@@ -279,7 +279,8 @@ class MotionVerbs:
         """
         step, many = Step.turn(radians_of(angle) if degrees else angle, speed), several_turns or degrees
         if degrees and _is_in_radians(angle):
-            _log.warning("! %s: as rad it is %.0f degrees; rotate(angle) takes rad", step, math.degrees(angle))
+            as_rad = math.degrees(angle)
+            _log.warning("! %s: as rad it is %.0f degrees; rotate(angle) takes rad", step, as_rad)
         return self.steps(
             step, avoid=avoid, timeout=timeout, several_turns=many, check=check, replace=replace
         )

@@ -18,12 +18,15 @@ import re
 import threading
 import time
 from collections.abc import Callable, Collection, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import rosproto
 from rosproto.codec import DynamicMessage
+from rosproto.errors import LocalProtocolError, RosTimeout
+from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.connection.call_scope import current
 from woosh_pure.connection.connection import Connection
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
     from woosh_pure.robot_api.background import Background
     from woosh_pure.robot_api.values import DeviceFacts
 
+_log = get_logger("woosh_pure.readiness")
 _CODE = re.compile(r"(?<!\d)\d{12}(?!\d)")
 _STOPPED = (RobotState.FAULT, RobotState.MAPPING)
 _SAYS_NOTHING = (None, RobotState.UNDEFINED, RobotState.UNINITIALISED)
@@ -408,7 +412,7 @@ class ReadinessState:
         self._faults = ActiveFaults()
         self._fault_lock = threading.Lock()
         self._watching = False
-        self._has_moved = False
+        self._has_moved = self._has_looked = False
         self._since = math.inf  # when readiness was asked for first
         self._links: frozenset[object] = frozenset()  # of /robot_status, when it was looked at last
         self.other_goals = OtherGoals()
@@ -556,6 +560,17 @@ class ReadinessState:
         self._connection.require_open()
         self._require_not_over()
         self._listen(self._battery, self._status, self._status_code, self._velocity)
+        self._look_for_motion(what)
         readiness = self.explained_readiness()
         if check and readiness.refuses:
             raise MotionRefused(say("{what} refused, nothing was sent", what=what), readiness=readiness)
+
+    def _look_for_motion(self, what: str) -> None:
+        """Log, before the first motion of this Chassis, that the robot moves already."""
+        looked, self._has_looked = self._has_looked, True
+        if looked or not self._velocity.links:
+            return
+        with suppress(RosTimeout, LocalProtocolError):  # a callback of the velocity cannot wait for it
+            if not self._velocity.wait(0.2, new=False).is_standing():
+                text = "the robot moves already, by another client or a person; only one should command it"
+                _log.warning("! %s: %s", what, say(text))

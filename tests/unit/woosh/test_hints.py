@@ -175,7 +175,7 @@ def test_a_port_of_its_own_is_answered_by_the_form_of_an_address(cls: type) -> N
 
 def test_a_pose_names_its_parts_when_it_is_taken_for_a_list() -> None:
     for take in (lambda: POSE[0], lambda: list(POSE), lambda: 1.0 in POSE):  # type: ignore[index,arg-type,operator,call-overload]
-        with pytest.raises(TypeError, match="^'Pose2D' object is not subscriptable; use x, y and yaw$"):
+        with pytest.raises(TypeError, match=r"^'Pose2D' object is not subscriptable; use x, y and yaw$"):
             take()
     assert np.array([POSE]).dtype == object
 
