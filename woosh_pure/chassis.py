@@ -255,13 +255,8 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         motions = self._components.motions
         motions.require_free_base(what)
         if goals := [goal.description for goal in motions.goals if not goal.done]:
-            raise MotionRefused(
-                say(
-                    "{what} refused, nothing was sent: {goals} is under way; wait for it or cancel it",
-                    what=what,
-                    goals=goals,
-                )
-            )
+            wrong = "{what} refused, nothing was sent: {goals} is under way; wait for it or cancel it"
+            raise MotionRefused(say(wrong, what=what, goals=goals))
 
     @property
     def node(self) -> rosproto.Node:
@@ -516,21 +511,11 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         """
         found = interface.row(topic)
         if found.flow != "write":
-            raise ValueError(
-                say(
-                    "{name} is a {kind} to {flow}, not a topic to write",
-                    name=found.name,
-                    kind=found.kind,
-                    flow=found.flow,
-                )
-            )
+            wrong = "{name} is a {kind} to {flow}, not a topic to write"
+            raise ValueError(say(wrong, name=found.name, kind=found.kind, flow=found.flow))
         if found.bypasses_protection:
-            raise MotionRefused(
-                say(
-                    "{name} passes by the chassis's protection; use `with chassis.velocity(...)`",
-                    name=found.name,
-                )
-            )
+            wrong = "{name} passes by the chassis's protection; use `with chassis.velocity(...)`"
+            raise MotionRefused(say(wrong, name=found.name))
         given = getattr(message, "_type", type(message).__name__)
         if given != found.type:
             raise ValueError(
@@ -540,7 +525,11 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         self._components.clients.send(found.name, message, require_timeout(timeout))
 
 
-for _part in (Readings, MotionVerbs, Peripherals):  # an error of wrong arguments names the class of the caller
+for _part in (
+    Readings,
+    MotionVerbs,
+    Peripherals,
+):  # an error of wrong arguments names the class of the caller
     for _member in vars(_part).values():
         if inspect.isfunction(_member):
             _member.__qualname__ = f"Chassis.{_member.__name__}"
@@ -556,12 +545,6 @@ def _lower(name: str, known: float, asked: float | None) -> float:
     if asked is None:
         return known
     if not (math.isfinite(asked) and 0.0 < asked <= known):
-        raise ValueError(
-            say(
-                "{name}={asked}: must be more than 0 and at most the chassis's limit of {known}",
-                name=name,
-                asked=asked,
-                known=known,
-            )
-        )
+        wrong = "{name}={asked}: must be more than 0 and at most the chassis's limit of {known}"
+        raise ValueError(say(wrong, name=name, asked=asked, known=known))
     return asked

@@ -99,14 +99,8 @@ class Pose2D(Hints):
             ValueError: A number is NaN or infinite.
         """
         if not all(map(math.isfinite, (self.x, self.y, self.yaw))):
-            raise ValueError(
-                say(
-                    "pose {x}, {y}, {yaw}: every number must be finite (m, m, rad)",
-                    x=self.x,
-                    y=self.y,
-                    yaw=self.yaw,
-                )
-            )
+            wrong = "pose {x}, {y}, {yaw}: every number must be finite (m, m, rad)"
+            raise ValueError(say(wrong, x=self.x, y=self.y, yaw=self.yaw))
         return self
 
     def require_sensible(self) -> Pose2D:
@@ -118,21 +112,11 @@ class Pose2D(Hints):
         """
         self.require_finite()
         if max(abs(self.x), abs(self.y)) > MAX_COORDINATE_METRES:
-            raise ValueError(
-                say(
-                    "pose {x:g}, {y:g}: more than {farthest:g} m away; give metres",
-                    x=self.x,
-                    y=self.y,
-                    farthest=MAX_COORDINATE_METRES,
-                )
-            )
+            wrong = "pose {x:g}, {y:g}: more than {farthest:g} m away; give metres"
+            raise ValueError(say(wrong, x=self.x, y=self.y, farthest=MAX_COORDINATE_METRES))
         if abs(self.yaw) > 2.0 * math.pi + 1e-6:
-            raise ValueError(
-                say(
-                    "yaw {yaw:g} rad is more than one turn; for degrees give math.radians({yaw:g})",
-                    yaw=self.yaw,
-                )
-            )
+            wrong = "yaw {yaw:g} rad is more than one turn; for degrees give math.radians({yaw:g})"
+            raise ValueError(say(wrong, yaw=self.yaw))
         if not self.frame.strip("/ "):
             raise ValueError('the pose has no frame; "map" is the chassis\'s own map')
         return self
@@ -140,13 +124,8 @@ class Pose2D(Hints):
     def distance_to(self, other: Pose2D) -> float:
         """Straight distance in m; both poses must be in one frame."""
         if self.frame.lstrip("/") != other.frame.lstrip("/"):
-            raise ValueError(
-                say(
-                    "poses in {frame} and {other} cannot be compared; transform one of them first",
-                    frame=self.frame,
-                    other=other.frame,
-                )
-            )
+            wrong = "poses in {frame} and {other} cannot be compared; transform one of them first"
+            raise ValueError(say(wrong, frame=self.frame, other=other.frame))
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def angle_to(self, other: Pose2D) -> float:
@@ -277,34 +256,17 @@ def _check_polygon(points: Sequence[tuple[float, float]]) -> None:
         if not (math.isfinite(x) and math.isfinite(y)):
             raise ValueError(say("footprint corner ({x}, {y}): both numbers must be finite (m)", x=x, y=y))
         if math.hypot(x, y) > _MAX_CORNER_METRES:
-            raise ValueError(
-                say(
-                    "footprint corner ({x}, {y}) is more than {maximum:g} m away; give metres",
-                    x=x,
-                    y=y,
-                    maximum=_MAX_CORNER_METRES,
-                )
-            )
+            wrong = "footprint corner ({x}, {y}) is more than {maximum:g} m away; give metres"
+            raise ValueError(say(wrong, x=x, y=y, maximum=_MAX_CORNER_METRES))
     edges = list(zip(points, (*points[1:], points[0]), strict=True))
     for i, (a, b) in enumerate(edges):
         if a == b:
-            raise ValueError(
-                say(
-                    "footprint corners {i} and {j} are the same point {a}; remove one",
-                    i=i,
-                    j=(i + 1) % len(points),
-                    a=a,
-                )
-            )
+            wrong = "footprint corners {i} and {j} are the same point {a}; remove one"
+            raise ValueError(say(wrong, i=i, j=(i + 1) % len(points), a=a))
         for j in range(i + 2, len(edges)):
             if (j + 1) % len(edges) != i and _segments_cross(a, b, *edges[j]):
-                raise ValueError(
-                    say(
-                        "footprint edges {i} and {j} cross; give the corners in order around the robot",
-                        i=i,
-                        j=j,
-                    )
-                )
+                wrong = "footprint edges {i} and {j} cross; give the corners in order around the robot"
+                raise ValueError(say(wrong, i=i, j=j))
     if not _contains_origin(edges):
         raise ValueError(
             "the footprint does not contain base_link (0, 0); the corners are relative to the robot's centre"

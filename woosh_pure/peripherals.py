@@ -183,12 +183,8 @@ class Peripherals:
             ServiceError, RosTimeout: There is no such service, or no answer within 30 s.
         """
         if not hasattr(grid, "cells"):
-            raise TypeError(
-                say(
-                    "{name} is not a map; give a GridMap, for example of GridMap.load(...)",
-                    name=type(grid).__name__,
-                )
-            )
+            wrong = "{name} is not a map; give a GridMap, for example of GridMap.load(...)"
+            raise TypeError(say(wrong, name=type(grid).__name__))
         pose = pose_with_covariance(
             initial_pose or Pose2D(0.0, 0.0), position_deviation=0.25, yaw_deviation=0.26
         )
@@ -215,12 +211,8 @@ class Peripherals:
         """
         tolerance = as_float(tolerance)
         if not (math.isfinite(tolerance) and 0.0 <= tolerance <= 5.0):
-            raise ValueError(
-                say(
-                    "tolerance {tolerance} m: expected 0 to 5, and small: it becomes position error",
-                    tolerance=tolerance,
-                )
-            )
+            wrong = "tolerance {tolerance} m: expected 0 to 5, and small: it becomes position error"
+            raise ValueError(say(wrong, tolerance=tolerance))
         begin = start or self._current_pose()
         reply = self._components.clients.call(
             "/move_base/make_plan",
@@ -285,21 +277,11 @@ class Peripherals:
         waiting_timeout = as_float(0.0 if waiting_timeout is None else waiting_timeout)
         max_speed = as_float(max_speed)
         if not (mode.known and direction.known):
-            raise ValueError(
-                say(
-                    "mode {mode}, direction {direction}: expected 0 to 3 each",
-                    mode=int(mode),
-                    direction=int(direction),
-                )
-            )
+            wrong = "mode {mode}, direction {direction}: expected 0 to 3 each"
+            raise ValueError(say(wrong, mode=int(mode), direction=int(direction)))
         if max_speed > MAX_SPEED:
-            raise ValueError(
-                say(
-                    "max_speed={max_speed:g}: more than {maximum:g} m/s; is it in another unit?",
-                    max_speed=max_speed,
-                    maximum=MAX_SPEED,
-                )
-            )
+            wrong = "max_speed={max_speed:g}: more than {maximum:g} m/s; is it in another unit?"
+            raise ValueError(say(wrong, max_speed=max_speed, maximum=MAX_SPEED))
         for name, value in (("waiting_timeout", waiting_timeout), ("max_speed", max_speed)):
             if not (math.isfinite(value) and value >= 0.0):
                 raise ValueError(
@@ -471,10 +453,5 @@ def _require_success(reply: Any, what: str) -> None:
         ChassisError: With the chassis's own words.
     """
     if not reply.success:
-        raise ChassisError(
-            say(
-                "{what}: the chassis refused: {why}",
-                what=what,
-                why=say(getattr(reply, "message", "") or "no reason given"),
-            )
-        )
+        wrong = "{what}: the chassis refused: {why}"
+        raise ChassisError(say(wrong, what=what, why=say(getattr(reply, "message", "") or "no reason given")))

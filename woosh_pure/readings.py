@@ -48,14 +48,8 @@ class Readings:
         """
         found = interface.row(name) if name.startswith("/") else interface.find(name)
         if found.flow != "read":
-            raise ValueError(
-                say(
-                    "{name} is a {kind} to {flow}, not a topic to read",
-                    name=found.name,
-                    kind=found.kind,
-                    flow=found.flow,
-                )
-            )
+            wrong = "{name} is a {kind} to {flow}, not a topic to read"
+            raise ValueError(say(wrong, name=found.name, kind=found.kind, flow=found.flow))
         return self._components.feeds.get(found.feed or found.name)
 
     @property

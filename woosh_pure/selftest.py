@@ -29,13 +29,8 @@ def check_table() -> str:
     codes = list(all_codes())
     wordless = [code.code for code in codes if not (code.english and code.chinese)]
     if wordless:
-        raise CheckFailed(
-            say(
-                "{count} status codes have no words; the first is {first}",
-                count=len(wordless),
-                first=wordless[0],
-            )
-        )
+        wrong = "{count} status codes have no words; the first is {first}"
+        raise CheckFailed(say(wrong, count=len(wordless), first=wordless[0]))
     return say(
         "{rows} topics of the chassis have their definitions, {codes} status codes their words",
         rows=len(rows),
@@ -79,11 +74,8 @@ def _turn_until_measured(chassis: Chassis, drive: Drive) -> None:
 
 def _near(what: str, found: float, wanted: float, tolerance: float) -> None:
     if not math.isclose(found, wanted, abs_tol=tolerance):
-        raise CheckFailed(
-            say(
-                "{what}: measured {found:.3f} m, expected {wanted:g} m", what=what, found=found, wanted=wanted
-            )
-        )
+        wrong = "{what}: measured {found:.3f} m, expected {wanted:g} m"
+        raise CheckFailed(say(wrong, what=what, found=found, wanted=wanted))
 
 
 CHECKS = (

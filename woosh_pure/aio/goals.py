@@ -115,12 +115,8 @@ class GoalHandle(Hints, Generic[P]):
 
         def look() -> None:
             if loop.is_closed():
-                raise _LoopClosed(
-                    say(
-                        "{description}: the event loop was closed while it was waited for",
-                        description=self.description,
-                    )
-                )
+                wrong = "{description}: the event loop was closed while it was waited for"
+                raise _LoopClosed(say(wrong, description=self.description))
 
         def wait() -> Outcome:
             try:

@@ -44,13 +44,8 @@ def chosen(args: Namespace) -> tuple[str | None, str | None]:
     for option, given in (("--master", args.master), ("--chassis", args.chassis), ("--host", args.host)):
         if given is not None and not given.strip():
             # Empty, as from an unset variable of a script: refuse, instead of using another chassis.
-            raise ValueError(
-                say(
-                    "{option} is empty; give an address such as 169.254.128.2, or leave {same} out",
-                    option=option,
-                    same=option,
-                )
-            )
+            wrong = "{option} is empty; give an address such as 169.254.128.2, or leave {same} out"
+            raise ValueError(say(wrong, option=option, same=option))
     address = args.master or args.chassis
     profile = None if address else remembered()
     return (address, args.host) if profile is None else (profile.chassis, args.host or profile.host)

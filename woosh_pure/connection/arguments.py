@@ -38,32 +38,17 @@ def _as_uri(address: str | None) -> str:
                 )
             )
     if not isinstance(address, str):
-        raise ValueError(
-            say(
-                "{address!r} is not an address; give text, a host such as {example!r}",
-                address=address,
-                example=VENDOR_ADDRESS,
-            )
-        )
+        wrong = "{address!r} is not an address; give text, a host such as {example!r}"
+        raise ValueError(say(wrong, address=address, example=VENDOR_ADDRESS))
     text = address.strip()
     if "://" in text:
         if not text.startswith("http://"):
-            raise ValueError(
-                say(
-                    "{address}: a master URI starts with http://, for example {example}",
-                    address=text,
-                    example=f"http://{VENDOR_ADDRESS}:11311",
-                )
-            )
+            wrong = "{address}: a master URI starts with http://, for example {example}"
+            raise ValueError(say(wrong, address=text, example=f"http://{VENDOR_ADDRESS}:11311"))
         return text
     if not text or any(c.isspace() or c == "/" for c in text):
-        raise ValueError(
-            say(
-                "{address!r} is not an address; give a host such as {example} or a master URI",
-                address=address,
-                example=VENDOR_ADDRESS,
-            )
-        )
+        wrong = "{address!r} is not an address; give a host such as {example} or a master URI"
+        raise ValueError(say(wrong, address=address, example=VENDOR_ADDRESS))
     from rosproto.transport import master_uri_of as uri_of
 
     return uri_of(text)
@@ -82,13 +67,8 @@ def require_timeout(timeout: float | None, name: str = "timeout") -> float | Non
     seconds = as_float(timeout)
     if seconds is None or (seconds >= 0.0 and not math.isnan(seconds)):
         return seconds
-    raise ValueError(
-        say(
-            "{name}={timeout}: expected a number of seconds, at least 0, or None to wait for ever",
-            name=name,
-            timeout=timeout,
-        )
-    )
+    wrong = "{name}={timeout}: expected a number of seconds, at least 0, or None to wait for ever"
+    raise ValueError(say(wrong, name=name, timeout=timeout))
 
 
 def require_limit(timeout: float, name: str = "timeout") -> float:
@@ -100,13 +80,8 @@ def require_limit(timeout: float, name: str = "timeout") -> float:
     """
     seconds = as_float(timeout)
     if seconds is None or not 0.0 <= seconds < math.inf:
-        raise ValueError(
-            say(
-                "{name}={timeout}: expected a finite number of seconds, at least 0",
-                name=name,
-                timeout=timeout,
-            )
-        )
+        wrong = "{name}={timeout}: expected a finite number of seconds, at least 0"
+        raise ValueError(say(wrong, name=name, timeout=timeout))
     return min(seconds, MAX_TIMEOUT_SECONDS)
 
 

@@ -436,13 +436,8 @@ class Feed(Newest[T]):
         subscriber = self._subscriber
         if subscriber is not None and subscriber.closed:  # by `rosnode kill`, or this is a fork
             why = self._node().close_reason
-            raise ConnectionLost(
-                say(
-                    "{topic}: the node of this Chassis is closed ({why}); open a new one",
-                    topic=self.topic,
-                    why=why,
-                )
-            )
+            wrong = "{topic}: the node of this Chassis is closed ({why}); open a new one"
+            raise ConnectionLost(say(wrong, topic=self.topic, why=why))
 
     def _pause(self, news: threading.Lock, deadline: Deadline, timeout: float | None) -> None:
         """Wait for a change; raises when no more can come."""

@@ -73,13 +73,8 @@ def firmware(name: str = CURRENT) -> Firmware:
     try:
         wanted = _version(name)
     except ValueError:
-        raise ValueError(
-            say(
-                "firmware {name!r}: expected a version of the vendor's message package, one of {names}",
-                name=name,
-                names=", ".join(firmware_names()),
-            )
-        ) from None
+        wrong = "firmware {name!r}: expected a version of the vendor's message package, one of {names}"
+        raise ValueError(say(wrong, name=name, names=", ".join(firmware_names()))) from None
     newer = sorted((_version(label), label) for label in known if label != "page")
     library = next((known[label] for version, label in newer if version >= wanted), bundled())
     return Firmware(name, library)

@@ -109,26 +109,16 @@ class VehicleConfig:
         for name in ("manufacturer", "serial", "interface"):
             value = getattr(self, name)
             if not value or not set(value) <= _ALLOWED:
-                raise ValueError(
-                    say(
-                        "{name} {value!r}: it is part of a topic; use A-Z a-z 0-9 _ . : - only",
-                        name=name,
-                        value=value,
-                    )
-                )
+                wrong = "{name} {value!r}: it is part of a topic; use A-Z a-z 0-9 _ . : - only"
+                raise ValueError(say(wrong, name=name, value=value))
         if self.version not in VERSIONS:
             raise ValueError(
                 say("version {version!r}: expected {names}", version=self.version, names=VERSIONS)
             )
         for name in ("tolerance", "turn_tolerance"):
             if not 0.0 < getattr(self, name) <= 2.0:
-                raise ValueError(
-                    say(
-                        "{name} {value}: expected more than 0 and at most 2",
-                        name=name,
-                        value=getattr(self, name),
-                    )
-                )
+                wrong = "{name} {value}: expected more than 0 and at most 2"
+                raise ValueError(say(wrong, name=name, value=getattr(self, name)))
         if not (-2.0 <= self.undock <= 2.0):
             raise ValueError(say("undock {undock} m: expected -2 to 2", undock=self.undock))
         if self.map_actions and self.version.startswith("2.0"):
@@ -136,12 +126,8 @@ class VehicleConfig:
         if self.footprint:
             Footprint.from_points(self.footprint)
         if not (self.visualization == 0.0 or 0.05 <= self.visualization <= 60.0):
-            raise ValueError(
-                say(
-                    "visualization {visualization} s: expected 0, or 0.05 to 60",
-                    visualization=self.visualization,
-                )
-            )
+            wrong = "visualization {visualization} s: expected 0, or 0.05 to 60"
+            raise ValueError(say(wrong, visualization=self.visualization))
 
     @property
     def prefix(self) -> str:
@@ -227,12 +213,8 @@ class FleetConfig:
         prefixes = [vehicle.prefix for vehicle in self.vehicles]
         twice = {prefix for prefix in prefixes if prefixes.count(prefix) > 1}
         if twice:
-            raise ValueError(
-                say(
-                    "several vehicles are called {names}; each needs its own serial",
-                    names=", ".join(sorted(twice)),
-                )
-            )
+            wrong = "several vehicles are called {names}; each needs its own serial"
+            raise ValueError(say(wrong, names=", ".join(sorted(twice))))
 
 
 def secrets(path: Path | None = None) -> tuple[str | None, str | None]:
@@ -291,12 +273,8 @@ def load_config(path: Path) -> FleetConfig:
 def _fleet(data: dict[str, Any], folder: Path) -> FleetConfig:
     unknown = set(data) - {"broker", "vehicle", "folder"}
     if unknown:
-        raise ValueError(
-            say(
-                "{names} is not known; expected [broker], [[vehicle]] and folder",
-                names=", ".join(sorted(unknown)),
-            )
-        )
+        wrong = "{names} is not known; expected [broker], [[vehicle]] and folder"
+        raise ValueError(say(wrong, names=", ".join(sorted(unknown))))
     given, vehicles = data.get("broker", {}), data.get("vehicle", [])
     if not isinstance(given, dict):
         raise ValueError("broker: expected a table, [broker], with url")
@@ -340,12 +318,5 @@ def _require_known(given: Mapping[str, object], known: Iterable[str], where: str
     unknown = sorted(set(given) - set(known))
     if unknown:
         hint = " (secrets are in the environment or a secrets_file)" if "password" in unknown else ""
-        raise ValueError(
-            say(
-                "{where}: {names} is not known{hint}; expected {known}",
-                where=where,
-                names=", ".join(unknown),
-                hint=hint,
-                known=", ".join(known),
-            )
-        )
+        wrong = "{where}: {names} is not known{hint}; expected {known}"
+        raise ValueError(say(wrong, where=where, names=", ".join(unknown), hint=hint, known=", ".join(known)))

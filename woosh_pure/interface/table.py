@@ -51,22 +51,12 @@ def find(feed: str) -> Row:
     except KeyError:
         topic = _BY_NAME.get("/" + feed)
         if topic is not None and topic.flow == "read":
-            raise KeyError(
-                say(
-                    "{feed} is not a feed of the chassis, but {name} is a topic of it: add the slash",
-                    feed=feed,
-                    name=topic.name,
-                )
-            ) from None
+            wrong = "{feed} is not a feed of the chassis, but {name} is a topic of it: add the slash"
+            raise KeyError(say(wrong, feed=feed, name=topic.name)) from None
         readable = [name for name, one in _BY_NAME.items() if one.flow == "read"]
         near = [*near_names(feed, _BY_FEED), *near_names("/" + feed, readable)]
-        raise KeyError(
-            say(
-                "{feed} is not a feed of the chassis; near names: {near}",
-                feed=feed,
-                near=near or say("none is near"),
-            )
-        ) from None
+        wrong = "{feed} is not a feed of the chassis; near names: {near}"
+        raise KeyError(say(wrong, feed=feed, near=near or say("none is near"))) from None
 
 
 def topics(flow: Flow | None = None) -> tuple[Row, ...]:

@@ -51,12 +51,8 @@ class GridMap(Hints):
                 say("a map needs (height, width) cells, got shape {shape}", shape=self.cells.shape)
             )
         if not (math.isfinite(self.resolution) and self.resolution > 0):
-            raise ValueError(
-                say(
-                    "resolution {resolution}: must be a positive number of metres per cell",
-                    resolution=self.resolution,
-                )
-            )
+            wrong = "resolution {resolution}: must be a positive number of metres per cell"
+            raise ValueError(say(wrong, resolution=self.resolution))
         self.origin.require_finite()
 
     @property
@@ -168,14 +164,8 @@ def grid_from_message(message: DynamicMessage) -> GridMap:
     info = message.info
     cells = np.asarray(message.data, dtype=np.int8)
     if cells.size != info.width * info.height:
-        raise ValueError(
-            say(
-                "map of {width} x {height} cells has {size}; the sender's data is wrong",
-                width=info.width,
-                height=info.height,
-                size=cells.size,
-            )
-        )
+        wrong = "map of {width} x {height} cells has {size}; the sender's data is wrong"
+        raise ValueError(say(wrong, width=info.width, height=info.height, size=cells.size))
     origin = pose_of(info.origin, message.header.frame_id or "map")
     resolution = float(str(np.float32(info.resolution)))  # 0.05, which a float32 holds as 0.05000000074505806
     return GridMap(cells.reshape(info.height, info.width), resolution, origin)

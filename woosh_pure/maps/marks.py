@@ -103,14 +103,8 @@ class MarkFile:
             self._marks = marks_of(read_text(self.path))
         except (ValueError, TypeError, AttributeError, KeyError) as error:
             example = '{"A1": {"x": 3.0, "y": 1.0, "yaw": 1.57}}'
-            raise ValueError(
-                say(
-                    "{path}: not a mark file ({error}); expected {example}",
-                    path=self.path,
-                    error=error,
-                    example=example,
-                )
-            ) from error
+            wrong = "{path}: not a mark file ({error}); expected {example}"
+            raise ValueError(say(wrong, path=self.path, error=error, example=example)) from error
 
     def __iter__(self) -> Iterator[UserMark]:
         return iter(self._marks.values())

@@ -461,12 +461,8 @@ class Motion(ABC, Generic[P]):
         self.ask_end(why)
         self.request_cancel(timeout)
         if not self.cancel_confirmed(timeout):
-            raise ConnectionLost(
-                say(
-                    "{goal}: cancelled, but nothing is received from the chassis; it may keep moving",
-                    goal=self,
-                )
-            )
+            wrong = "{goal}: cancelled, but nothing is received from the chassis; it may keep moving"
+            raise ConnectionLost(say(wrong, goal=self))
         unconfirmed = self.reported is not None and self.reported.text == NOT_CONFIRMED
         self.see_end()
         if unconfirmed and self.reported is not None:
@@ -625,12 +621,8 @@ class GoalHandle(Hints, Generic[P]):
             given = self.default_timeout if isinstance(timeout, DefaultTimeout) else timeout
             seconds = require_timeout(given)
             if not self.done and self._motion.in_own_callback:
-                raise LocalProtocolError(
-                    say(
-                        "{goal}: waiting for it in its own callback would never end; wait in another thread",
-                        goal=self.description,
-                    )
-                )
+                wrong = "{goal}: waiting for it in its own callback would never end; wait in another thread"
+                raise LocalProtocolError(say(wrong, goal=self.description))
             executor = self._motion.components.motions.executor
             cancel_job = self._motion.cancel_job(waited_for=True)
             start_cancel = partial(executor.put, cancel_job)

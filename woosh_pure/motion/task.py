@@ -453,26 +453,16 @@ class TaskOrder:
         if not self.mark and not self.poses:
             raise ValueError("a task needs a mark or poses; give the mark's name as it is on the map")
         if not self.direction.known:
-            raise ValueError(
-                say(
-                    "direction {direction}: expected load, unload or undefined", direction=int(self.direction)
-                )
-            )
+            wrong = "direction {direction}: expected load, unload or undefined"
+            raise ValueError(say(wrong, direction=int(self.direction)))
         for name, value, minimum, maximum in (
             ("type_number", self.type_number, 0, 2**32 - 1),
             ("custom", self.custom, -128, 127),
         ):
             number = whole(value)
             if number is None or not minimum <= number <= maximum:
-                raise ValueError(
-                    say(
-                        "{name}={value!r}: expected a whole number of {minimum} to {maximum}",
-                        name=name,
-                        value=value,
-                        minimum=minimum,
-                        maximum=maximum,
-                    )
-                )
+                wrong = "{name}={value!r}: expected a whole number of {minimum} to {maximum}"
+                raise ValueError(say(wrong, name=name, value=value, minimum=minimum, maximum=maximum))
 
     def fields(self) -> dict[str, Any]:
         """The fields of woosh_msgs/ExecTask for this task."""

@@ -159,12 +159,8 @@ class RobotApi:
         self._require_free_base("switch_map")
         state = RobotState(self._ask("woosh.robot.RobotState")["state"])
         if state not in _SWITCHES_IN:
-            raise MotionRefused(
-                say(
-                    "switch_map refused, nothing was sent: the robot is {state}; wait until it is idle",
-                    state=state,
-                )
-            )
+            wrong = "switch_map refused, nothing was sent: the robot is {state}; wait until it is idle"
+            raise MotionRefused(say(wrong, state=state))
         deadline = Deadline(timeout)
         body = {"sceneName": scene, "mapName": map}
         self._ask("woosh.robot.SwitchMap", body, timeout=timeout)

@@ -102,12 +102,8 @@ def mark_of(text: str) -> tuple[str, Pose2D]:
     """
     found = _MARK.fullmatch(text)
     if found is None:
-        raise ValueError(
-            say(
-                "--mark {text}: expected NAME=X,Y,YAW in metres, metres and degrees, such as DOCK=1.5,0.5,90",
-                text=text,
-            )
-        )
+        wrong = "--mark {text}: expected NAME=X,Y,YAW in metres, metres and degrees, such as DOCK=1.5,0.5,90"
+        raise ValueError(say(wrong, text=text))
     x, y, degrees = (float(found[key]) for key in ("x", "y", "yaw"))
     return found["name"].strip(), Pose2D(x, y, normalize_angle(math.radians(degrees)))
 
@@ -131,12 +127,8 @@ def site_of(
     given: dict[str, tuple[str, Pose2D]] = {}
     for path in map(Path, files):
         if not path.exists():
-            raise FileNotFoundError(
-                say(
-                    "--marks {path}: there is no such file; `woosh marks --file {path} add` creates one",
-                    path=path,
-                )
-            )
+            wrong = "--marks {path}: there is no such file; `woosh marks --file {path} add` creates one"
+            raise FileNotFoundError(say(wrong, path=path))
         for mark in MarkFile(path):
             if mark.pose is not None:
                 given[mark.name] = (f"--marks {path}: {mark.name}", mark.pose)

@@ -196,11 +196,8 @@ class ActiveMotions:
             ConnectionLost: The Chassis is being closed, or its node is shut down.
         """
         if self.over:
-            raise ConnectionLost(
-                say(
-                    "{why}: nothing begins any more, and nothing was sent; open a new one", why=say(self.over)
-                )
-            )
+            wrong = "{why}: nothing begins any more, and nothing was sent; open a new one"
+            raise ConnectionLost(say(wrong, why=say(self.over)))
 
     def end_all(self, why: str, seconds: float = 3.0) -> list[str]:
         """End drives and goals (goals continue with `leave`), and wait for the confirmation.
@@ -338,13 +335,8 @@ class ActiveMotions:
             self.executor.do(lambda: other.end(3.0, "replaced"), 10.0)
         except RosError as error:
             other.replaced_by = ""
-            raise MotionRefused(
-                say(
-                    "{goal} could not be ended, so nothing else was sent: {error}",
-                    goal=other.description,
-                    error=error,
-                )
-            ) from error
+            wrong = "{goal} could not be ended, so nothing else was sent: {error}"
+            raise MotionRefused(say(wrong, goal=other.description, error=error)) from error
 
     def forget_replacing(self, goal: OwnMotion) -> None:
         """Undo `replaced_by` when the replacing goal was not sent: the others continue."""

@@ -59,12 +59,8 @@ class Drive:
     ) -> None:
         feedback_timeout = as_float(feedback_timeout)
         if feedback_timeout is not None and not (math.isfinite(feedback_timeout) and feedback_timeout > 0.0):
-            raise ValueError(
-                say(
-                    "feedback_timeout={feedback_timeout}: expected more than 0 s, or None for no feedback",
-                    feedback_timeout=feedback_timeout,
-                )
-            )
+            wrong = "feedback_timeout={feedback_timeout}: expected more than 0 s, or None for no feedback"
+            raise ValueError(say(wrong, feedback_timeout=feedback_timeout))
         self._components = components
         self._since = since  # `ActiveMotions.since` of the verb
         self._check, self._share = check, share

@@ -38,21 +38,11 @@ class DriveLimits:
             )
         speed = math.hypot(velocity.vx, velocity.vy)
         if speed > self.linear * (1.0 + 1e-9):
-            raise ValueError(
-                say(
-                    "{speed:.3f} m/s is more than the limit of {linear} m/s of this drive",
-                    speed=speed,
-                    linear=self.linear,
-                )
-            )
+            wrong = "{speed:.3f} m/s is more than the limit of {linear} m/s of this drive"
+            raise ValueError(say(wrong, speed=speed, linear=self.linear))
         if abs(velocity.wz) > self.angular * (1.0 + 1e-9):
-            raise ValueError(
-                say(
-                    "{wz:.3f} rad/s is more than the limit of {angular} rad/s of this drive",
-                    wz=velocity.wz,
-                    angular=self.angular,
-                )
-            )
+            wrong = "{wz:.3f} rad/s is more than the limit of {angular} rad/s of this drive"
+            raise ValueError(say(wrong, wz=velocity.wz, angular=self.angular))
 
 
 class Shaper:
@@ -77,12 +67,8 @@ class Shaper:
         self.limits.check(velocity)
         valid_for = as_float(valid_for)
         if not (math.isfinite(valid_for) and 0.0 < valid_for <= 5.0):
-            raise ValueError(
-                say(
-                    "valid_for={valid_for}: must be between 0 and 5 s; call again to continue",
-                    valid_for=valid_for,
-                )
-            )
+            wrong = "valid_for={valid_for}: must be between 0 and 5 s; call again to continue"
+            raise ValueError(say(wrong, valid_for=valid_for))
         self._command = (velocity, now + valid_for)
 
     def seconds_to_next(self, now: float, period: float) -> float:

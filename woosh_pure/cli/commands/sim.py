@@ -204,13 +204,8 @@ def _require_known(version: str) -> None:
     except ValueError:
         return  # "page", or what `firmware` will name
     if newer:
-        raise ValueError(
-            say(
-                "--firmware {version}: nothing newer than {current} is known here",
-                version=version,
-                current=CURRENT,
-            )
-        )
+        wrong = "--firmware {version}: nothing newer than {current} is known here"
+        raise ValueError(say(wrong, version=version, current=CURRENT))
 
 
 def _start(sim: SimulatedChassis, stack: ExitStack) -> None:

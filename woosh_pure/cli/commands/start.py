@@ -48,13 +48,8 @@ def run_demo(args: Namespace, out: Output) -> int:
 
     marks = built_in_site().marks
     if args.mark not in marks:
-        raise ValueError(
-            say(
-                "mark {mark!r} is not in the demo's hall; it has {names}",
-                mark=args.mark,
-                names=", ".join(marks),
-            )
-        )
+        wrong = "mark {mark!r} is not in the demo's hall; it has {names}"
+        raise ValueError(say(wrong, mark=args.mark, names=", ".join(marks)))
     out.line("woosh demo: a simulated robot; nothing outside this computer moves")
     with connect(args, out, sim_speed=_DEMO_SPEED) as chassis:
         start = chassis.pose.wait()

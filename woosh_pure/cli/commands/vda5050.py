@@ -163,12 +163,7 @@ def _targets(option: str, given: list[str]) -> dict[str, str]:
     for text in given:
         name, equals, target = text.partition("=")
         if not (name and equals and target):
-            raise ValueError(
-                say(
-                    "{option} {text}: expected NAME=python.module:function or NAME='!program argument'",
-                    option=option,
-                    text=text,
-                )
-            )
+            wrong = "{option} {text}: expected NAME=python.module:function or NAME='!program argument'"
+            raise ValueError(say(wrong, option=option, text=text))
         found[name] = target
     return found
