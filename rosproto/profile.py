@@ -77,13 +77,8 @@ def load() -> Profile | None:
         fields = json.loads(text)
         return Profile(str(fields["chassis"]), fields.get("host"))
     except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ValueError(
-            say(
-                "{path}: not a profile ({error}); write it again with `woosh connect HOST`",
-                path=path,
-                error=error,
-            )
-        ) from error
+        wrong = "{path}: not a profile ({error}); write it again with `woosh connect HOST`"
+        raise ValueError(say(wrong, path=path, error=error)) from error
 
 
 def remembered() -> Profile | None:

@@ -139,14 +139,8 @@ def _whole(text: str, minimum: int, maximum: int = MAX_WHOLE) -> int:
     except ValueError:
         value = minimum - 1
     if not minimum <= value <= maximum:
-        raise argparse.ArgumentTypeError(
-            say(
-                "{text} is not a whole number from {minimum} to {maximum}",
-                text=_shown(text),
-                minimum=minimum,
-                maximum=maximum,
-            )
-        )
+        wrong = "{text} is not a whole number from {minimum} to {maximum}"
+        raise argparse.ArgumentTypeError(say(wrong, text=_shown(text), minimum=minimum, maximum=maximum))
     return value
 
 

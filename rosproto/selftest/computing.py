@@ -50,14 +50,8 @@ def check_definitions() -> str:
             has = "{name} has md5sum {found}, expected {wanted}"
             wrong.append(say(has, name=name, found=found, wanted=f"{digits}..."))
     if wrong:
-        raise CheckFailed(
-            say(
-                "{wrong} of {count} definitions are wrong; {first}",
-                wrong=len(wrong),
-                count=len(known),
-                first=wrong[0],
-            )
-        )
+        text = "{wrong} of {count} definitions are wrong; {first}"
+        raise CheckFailed(say(text, wrong=len(wrong), count=len(known), first=wrong[0]))
     return say("{count} types have the md5sums of genmsg", count=len(known))
 
 
@@ -83,14 +77,8 @@ def check_codec() -> str:
                 at = next(
                     (i for i, pair in enumerate(zip(data, again, strict=False)) if pair[0] != pair[1]), 0
                 )
-                raise CheckFailed(
-                    say(
-                        "{name}: the codecs differ, first at byte {at} of {size}",
-                        name=name,
-                        at=at,
-                        size=len(data),
-                    )
-                )
+                wrong = "{name}: the codecs differ, first at byte {at} of {size}"
+                raise CheckFailed(say(wrong, name=name, at=at, size=len(data)))
             if encode_layout(layout, decode_layout(layout, again, 0, len(again))) != data:
                 raise CheckFailed(say("{name}: the reference codec cannot read what it wrote", name=name))
             count, size = count + 1, size + len(data)

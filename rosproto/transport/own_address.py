@@ -58,13 +58,8 @@ def host_from_environment(
         host = mapping.get(name, "").strip()
         if host:
             if "/" in host or (":" in host and not is_numeric(host)):
-                raise ValueError(
-                    say(
-                        "{option}={value!r}: must be a host name or address, without scheme and port",
-                        option=name,
-                        value=host,
-                    )
-                )
+                wrong = "{option}={value!r}: must be a host name or address, without scheme and port"
+                raise ValueError(say(wrong, option=name, value=host))
             return host.strip("[]")
     return None
 

@@ -180,12 +180,8 @@ def parse_host_names(texts: Iterable[str]) -> dict[str, str]:
         for part in re.split(r"[,;\s]+", text.strip()) if text.strip() else ():
             name, mark, address = part.partition("=")
             if not (mark and name and address):
-                raise ValueError(
-                    say(
-                        "{text!r} is not of the form NAME=IP; expected something like robot-7=169.254.128.2",
-                        text=part,
-                    )
-                )
+                wrong = "{text!r} is not of the form NAME=IP; expected something like robot-7=169.254.128.2"
+                raise ValueError(say(wrong, text=part))
             found[_checked(name)] = _checked(address)
     return found
 

@@ -37,14 +37,8 @@ def parse_uri(uri: str) -> tuple[str, int]:
         ValueError: There is no host, or the port is invalid.
     """
     if wrong := _MISTYPED_SCHEME.match(uri.strip()):
-        raise ValueError(
-            say(
-                "URI {uri!r}: {mark!r} behind {scheme} should be '://', as in http://10.0.0.7:11311/",
-                uri=uri,
-                mark=wrong[2],
-                scheme=wrong[1],
-            )
-        )
+        text = "URI {uri!r}: {mark!r} behind {scheme} should be '://', as in http://10.0.0.7:11311/"
+        raise ValueError(say(text, uri=uri, mark=wrong[2], scheme=wrong[1]))
     host, port = _split_authority(_authority(uri or DEFAULT_MASTER_URI), uri)
     if not host or any(character.isspace() or character in "@[]" for character in host):
         raise ValueError(say("URI {uri!r}: no host; expected something like http://10.0.0.7:11311/", uri=uri))
@@ -68,12 +62,8 @@ def plain_host(host: str) -> str:
         ValueError: It has other digits or dots.
     """
     if not host.isascii() and any(c in _DOTS or (c.isdigit() and not c.isascii()) for c in host):
-        raise ValueError(
-            say(
-                "host {host!r} has digits or dots that are not ASCII; expected something like 10.0.0.7",
-                host=host,
-            )
-        )
+        wrong = "host {host!r} has digits or dots that are not ASCII; expected something like 10.0.0.7"
+        raise ValueError(say(wrong, host=host))
     return host
 
 

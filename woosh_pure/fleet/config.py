@@ -98,14 +98,8 @@ class VehicleConfig:
         for each in fields(self):
             fits, expected = _KINDS[str(each.type)]
             if not fits(getattr(self, each.name)):
-                raise ValueError(
-                    say(
-                        "{name} {value!r}: expected {expected}",
-                        name=each.name,
-                        value=getattr(self, each.name),
-                        expected=expected,
-                    )
-                )
+                text = "{name} {value!r}: expected {expected}"
+                raise ValueError(say(text, name=each.name, value=getattr(self, each.name), expected=expected))
         for name in ("manufacturer", "serial", "interface"):
             value = getattr(self, name)
             if not value or not set(value) <= _ALLOWED:

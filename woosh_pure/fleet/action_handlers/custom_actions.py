@@ -38,13 +38,8 @@ def handler_of(name: str, target: str) -> Handler:
 def _function(name: str, target: str) -> Handler:
     module, colon, attribute = target.partition(":")
     if not colon:
-        raise ValueError(
-            say(
-                "action {name}={target}: expected python.module:function, or !program argument ...",
-                name=name,
-                target=target,
-            )
-        )
+        wrong = "action {name}={target}: expected python.module:function, or !program argument ..."
+        raise ValueError(say(wrong, name=name, target=target))
     try:
         found = getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError) as error:
@@ -52,14 +47,8 @@ def _function(name: str, target: str) -> Handler:
             say("action {name}={target} cannot be loaded: {error}", name=name, target=target, error=error)
         ) from error
     if not callable(found):
-        raise ValueError(
-            say(
-                "action {name}={target}: {attribute} is not a function",
-                name=name,
-                target=target,
-                attribute=attribute,
-            )
-        )
+        wrong = "action {name}={target}: {attribute} is not a function"
+        raise ValueError(say(wrong, name=name, target=target, attribute=attribute))
     handler: Handler = found
     return handler
 
