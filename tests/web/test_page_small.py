@@ -50,6 +50,15 @@ _WHOLE = """
   return [top + 3, bottom - 3].every((y) => one.contains(document.elementFromPoint(left + width / 2, y)));
 }).length
 """
+_HIDDEN_LINES = """
+(selector) => {
+  const one = document.querySelector(selector), range = document.createRange();
+  range.selectNodeContents(one);
+  return [...range.getClientRects()].filter(({ left, top, width, bottom }) => [top + 2, bottom - 2].some(
+    (y) => !one.contains(document.elementFromPoint(left + width / 2, y)))).length;
+}
+"""
+"""The number of its lines that something else covers, or that are out of view."""
 _SMALL = """
 () => [...document.querySelectorAll("body *")].filter((one) => one.checkVisibility()
   && [...one.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim())
@@ -213,11 +222,15 @@ def test_a_goal_under_way_leaves_a_mark_in_reach(
 def test_the_warning_is_read_before_it_is_confirmed(
     browser: Browser, served: tuple[Fake, str], size: tuple[int, int]
 ) -> None:
-    """Its title and its first sentence are in view at once."""
-    with person(browser, served[1], size) as page:
-        page.click("#tabbutton-drive")
-        page.click("#drive-on")
-        assert missed(page, "#warning-title", "#warning .strong") == []
+    """Its title, its first sentence in both languages, and what confirms it are in view at once; the rest scrolls."""
+    for language in ("en-US", "zh-CN"):
+        with person(browser, served[1], size, language=language) as page:
+            page.click("#tabbutton-drive")
+            page.click("#drive-on")
+            assert missed(page, "#warning-title", "#warning-check", "#warning-yes", "#warning .plain") == []
+            assert page.evaluate(_HIDDEN_LINES, "#warning .strong") == 0
+            page.locator("#warning p").last.scroll_into_view_if_needed()
+            assert page.evaluate(_HIDDEN_LINES, "#warning p:last-of-type") == 0
 
 
 def test_a_phone_at_200_percent(browser: Browser, served: tuple[Fake, str]) -> None:

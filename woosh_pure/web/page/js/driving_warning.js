@@ -16,6 +16,7 @@ export function warning(answered) {
   },
   el("h2", { id: "warning-title", tabindex: "-1" }, t("drive.warning.title")),
   el("p", { class: "strong" }, t("drive.warning.1")), el("p", {}, t("drive.warning.2")), el("p", {}, t("drive.warning.3")),
-  el("label", { class: "check" }, check, el("span", {}, t("drive.warning.check"))),
-  el("div", { class: "row" }, yes, button(t("go.cancel"), () => answered(false), { kind: "plain" })));
+  el("div", { class: "confirmation" },
+    el("label", { class: "check" }, check, el("span", {}, t("drive.warning.check"))),
+    el("div", { class: "row" }, yes, button(t("go.cancel"), () => answered(false), { kind: "plain" }))));
 }
