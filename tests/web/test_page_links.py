@@ -142,6 +142,33 @@ def test_each_robot_has_its_page_and_its_orders(browser: Browser, robot: Robot) 
         page.wait_for_selector("#journal >> text=Nothing yet.")
 
 
+def test_a_class_is_seen_in_one_table_and_reset_by_one_button(browser: Browser, robot: Robot) -> None:
+    """What each simulated robot does; its name leads to its page, from the page of each."""
+    from woosh_pure import Chassis, SimulatedChassis
+
+    with (
+        SimulatedChassis(speed=3, full_graph=False) as yard,
+        Chassis(yard.master_uri) as second,
+        served(
+            {"hall": robot.chassis, "yard": second}, simulator={"hall": robot.sim, "yard": yard}
+        ) as server,
+        person(browser, f"{server.url}robots/yard/") as page,
+    ):
+        page.click("#tabbutton-sim")
+        page.wait_for_selector("#class tr:has(a >> text=hall) >> text=idle")
+        page.wait_for_selector("#class tr:has(a >> text=yard) >> text=%")
+        yard.add_obstacle(3.0, 0.0)
+        robot.chassis.go_to_mark("B1")
+        page.wait_for_selector("#class tr:has(a >> text=hall) >> text=In a task")
+        resets = robot.sim.resets, yard.resets
+        page.click("#class-reset")
+        until(lambda: (robot.sim.resets, yard.resets) == (resets[0] + 1, resets[1] + 1), page)
+        assert yard.world.obstacles == []
+        page.click("#class a >> text=hall")
+        page.wait_for_selector("#robot-name >> text=hall")
+        assert page.url == server.url
+
+
 def test_a_link_that_is_cut_is_said_and_comes_back(browser: Browser, robot: Robot) -> None:
     """Three seconds without a byte, while it drives to a mark: the page goes on where the robot is by then."""
     with (

@@ -1,5 +1,6 @@
 // The tab Simulator, which only a simulated robot has: what happens to the robot, and what a tap on the map does.
 
+import { ClassList } from "./class_list.js";
 import { button, byId, el, fill } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 import { attempt } from "./toast.js";
@@ -13,7 +14,7 @@ const SPEEDS = [0.5, 1, 2, 5, 10];
 
 export class SimulatorTab {
   constructor({ store, rest, map }) {
-    Object.assign(this, { store, rest, map, speed: 1 });
+    Object.assign(this, { store, rest, map, speed: 1, all: new ClassList({ store, rest }) });
     store.on("hello", ({ simulator }) => {
       this.speed = simulator?.speed ?? 1;
       this.render();
@@ -41,6 +42,7 @@ export class SimulatorTab {
       ...[...new Set([...SPEEDS, this.speed])].sort((a, b) => a - b)
         .map((each) => el("option", { value: each, selected: each === this.speed }, `${each} ×`)));
     fill(byId("tab-sim"), el("div", { class: "actions" }, ...taps, ...acts),
-      el("label", { class: "slider" }, el("span", {}, t("sim.speed")), speed));
+      el("label", { class: "slider" }, el("span", {}, t("sim.speed")), speed), this.all.box);
+    this.all.render();
   }
 }

@@ -274,6 +274,7 @@ export const en = {
   "sim.battery": "Low battery",
   "sim.clear": "Remove the obstacles",
   "sim.reset": "Reset all",
+  "sim.resetall": "Reset all robots",
   "sim.speed": "Speed of time",
   "what.simulate": "Changed the simulation",
   "phone.title": "This page on a phone",

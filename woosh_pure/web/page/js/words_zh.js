@@ -274,6 +274,7 @@ export const zh = {
   "sim.battery": "低电量",
   "sim.clear": "移除障碍物",
   "sim.reset": "全部重置",
+  "sim.resetall": "重置全部机器人",
   "sim.speed": "时间倍速",
   "what.simulate": "更改了仿真",
   "phone.title": "在手机上打开",
