@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import inspect
-from abc import ABCMeta
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
@@ -161,17 +160,6 @@ def _bare(word: str) -> str:
     return word.lower().replace("_", "").replace("-", "")
 
 
-def _get(get: Callable[[Any, str], Any], thing: Any, name: str) -> Any:
-    try:
-        return get(thing, name)  # raises again what a property raised
-    except AttributeError as error:
-        right = meant(thing._hints, name)
-        if not right or hasattr(type(thing), name):
-            raise
-        text = both(str(error), say("use {right}", right=say(right) if " " in right else right))
-        raise AttributeError(text, name=name, obj=thing) from None
-
-
 class Hints:
     """Names the right call when an attribute is missing; a type checker sees nothing of it.
 
@@ -184,20 +172,18 @@ class Hints:
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            return _get(object.__getattribute__, self, name)
+            try:
+                return object.__getattribute__(self, name)  # raises again what a property raised
+            except AttributeError as error:
+                right = meant(self._hints, name)
+                if not right or hasattr(type(self), name):
+                    raise
+                text = both(str(error), say("use {right}", right=say(right) if " " in right else right))
+                raise AttributeError(text, name=name, obj=self) from None
 
 
-class _OfClass(ABCMeta):  # a program may mix an ABC in
-    """Answers a guess at the class itself: `Chassis.connect("192.168.1.20")`."""
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(cls, name: str) -> Any:
-            return _get(type.__getattribute__, cls, name)
-
-
-class SettingHints(Hints, metaclass=_OfClass):
-    """Also at the class, and where a guess is set: `chassis.speed = 0.5` would change nothing."""
+class SettingHints(Hints):
+    """Also where a guess is set: `chassis.speed = 0.5` would change nothing."""
 
     if not TYPE_CHECKING:
 

@@ -91,8 +91,8 @@ class ParameterRegistration:
             self._params._tell(changes)
         self._again = True
 
-    def unregister(self, master: MasterClient) -> None:
-        master.unsubscribe_param(self.name, self._params._own_uri())
+    def unregister(self, master: MasterClient) -> int:
+        return master.unsubscribe_param(self.name, self._params._own_uri())
 
 
 class Parameters:

@@ -178,9 +178,9 @@ class MasterClient(ApiClient):
         """Value now (`{}` when not set), and paramUpdate calls to `caller_api` from now on."""
         return self.call("subscribeParam", caller_api, key, timeout=timeout)
 
-    def unsubscribe_param(self, key: str, caller_api: str, *, timeout: float | None = None) -> None:
-        """End the paramUpdate calls."""
-        self.call("unsubscribeParam", caller_api, key, timeout=timeout)
+    def unsubscribe_param(self, key: str, caller_api: str, *, timeout: float | None = None) -> int:
+        """End the paramUpdate calls; 1 if there were any, else 0."""
+        return self._typed(api_client.as_int, "unsubscribeParam", caller_api, key, timeout=timeout)
 
     # -- many calls at once ------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ Source: wiki.ros.org/ROS/Master_API.
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple, Protocol
@@ -63,11 +64,13 @@ class Registration(Protocol):
     def registration_call(self) -> RegistrationCall:
         """The call that registers it at the master."""
 
-    def unregister(self, master: MasterClient) -> None:
-        """Unregister; raise what the call raises."""
+    def unregister(self, master: MasterClient) -> int:
+        """Unregister; 0 if the master did not have it. Raise what the call raises."""
 
 
 _log = get_logger("rosproto.node")
+ARRIVING_SECONDS = 0.3
+"""How long a registration whose call was interrupted may be on its way to the master when its node closes."""
 _MAX_IN_BATCH = 100  # registrations in one request, so that neither it nor its time grows without a bound
 
 
@@ -318,9 +321,12 @@ class Registrations:
                     self._to_unregister[key] = registration
 
     @staticmethod
-    def _unregister(registration: Registration, master: MasterClient) -> bool:
+    def _unregister(
+        registration: Registration, master: MasterClient, arriving: Deadline | None = None
+    ) -> bool:
         try:
-            registration.unregister(master)
+            while not registration.unregister(master) and arriving is not None and not arriving.expired:
+                time.sleep(0.02)
         except (ConnectionLost, RosTimeout) as error:
             _log.debug("! unregister %s %s: %s", registration.kind, registration.name, error)
             return False
@@ -393,15 +399,17 @@ class Registrations:
             # A registration under way on another connection must not arrive after we unregistered it.
             left = deadline.remaining()
             self._added.wait_for(lambda: not self._adding, None if left is None else left / 2)
-            registrations = [*list(self._table.values())[::-1], *self._leaving, *self._to_unregister.values()]
+            doubtful = list(self._to_unregister.values())
+            registrations = [*list(self._table.values())[::-1], *self._leaving, *doubtful]
             self._table.clear()
             self._confirmed.clear()
             self._pending.clear()
             self._to_unregister.clear()
         interrupt: BaseException | None = None
+        arriving = Deadline(ARRIVING_SECONDS)
         for registration in registrations:
             try:
-                done = self._unregister(registration, master)
+                done = self._unregister(registration, master, arriving if registration in doubtful else None)
             except BaseException as error:  # Ctrl-C: complete it first
                 interrupt, done = error, self._unregister(registration, master)
             if deadline.expired or not done:

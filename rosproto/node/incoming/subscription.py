@@ -123,8 +123,8 @@ class Subscription:
         if generation == self._generation:
             self.update_publishers(uris, keep_connected=True)
 
-    def unregister(self, master: MasterClient) -> None:
-        master.unregister_subscriber(self.name, self.context.uri)
+    def unregister(self, master: MasterClient) -> int:
+        return master.unregister_subscriber(self.name, self.context.uri)
 
     def update_publishers(self, uris: Sequence[str], *, keep_connected: bool = False) -> None:
         """Connect to the publishers that are new in the master's list; close the links to those not in it.

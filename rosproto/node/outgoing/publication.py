@@ -97,8 +97,8 @@ class Publication:
         parameters = (self.name, self.type.name, self.context.uri)
         return RegistrationCall("registerPublisher", parameters, api_client.as_str_list)
 
-    def unregister(self, master: MasterClient) -> None:
-        master.unregister_publisher(self.name, self.context.uri)
+    def unregister(self, master: MasterClient) -> int:
+        return master.unregister_publisher(self.name, self.context.uri)
 
     # -- handles --------------------------------------------------------------------------------------------
 

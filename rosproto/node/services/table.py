@@ -63,9 +63,9 @@ class ServiceRegistration:
             lambda _: setattr(self, "_registered_as", uri),
         )
 
-    def unregister(self, master: MasterClient) -> None:
+    def unregister(self, master: MasterClient) -> int:
         # The master unregisters a service only with its current URI: another node may provide it by now.
-        master.unregister_service(
+        return master.unregister_service(
             self.name, self._registered_as or self._context.listening.endpoints.rosrpc_uri
         )
 

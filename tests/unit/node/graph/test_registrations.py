@@ -20,6 +20,7 @@ class Thing:
         self.error: Exception | None = None
         self.during: Any = None
         self.after: Any = None
+        self.known: list[int] = []
 
     def registration_call(self) -> RegistrationCall:
         return RegistrationCall("register", (self,), lambda answer: None)
@@ -31,13 +32,14 @@ class Thing:
         if self.during is not None:
             self.during()
 
-    def unregister(self, master: Any) -> None:
+    def unregister(self, master: Any) -> int:
         if self.error is not None:
             raise self.error
         self.log.append(f"-{self.name}")
         if self.after is not None:
             after, self.after = self.after, None
             after()
+        return self.known.pop(0) if self.known else 1
 
 
 class Master:
@@ -233,6 +235,21 @@ def test_what_a_silent_master_was_not_told_is_taken_back_later(table: Registrati
     assert log == ["+/gone", "-/gone", "-/unsure"]
     assert table.register_pending()
     assert len(log) == 3
+
+
+def test_what_was_interrupted_is_unregistered_until_it_has_arrived(table: Registrations) -> None:
+    """Its request may reach the master after the one of the farewell."""
+
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    log: list[str] = []
+    thing = Thing("publisher", "/a", log)
+    thing.during, thing.known = interrupted, [0, 0, 1]
+    with pytest.raises(KeyboardInterrupt):
+        table.add(thing)
+    table.unregister_all(Deadline(5.0), None)  # type: ignore[arg-type]
+    assert (log, thing.known) == (["+/a", "-/a", "-/a", "-/a"], [])
 
 
 def test_a_master_that_is_known_to_be_away_is_not_waited_for() -> None:
