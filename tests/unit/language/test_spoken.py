@@ -116,7 +116,7 @@ def test_the_hint_to_a_wrong_guess_is_said_in_chinese() -> None:
     chassis = Chassis("127.0.0.1:1")
     for guess, words in (
         (lambda: chassis.goto, "；请用 go_to_mark(name)，或 go_to(x, y, yaw)"),
-        (lambda: chassis.battery(), "不能调用；请用 .latest，或 .wait()"),
+        (lambda: chassis.battery(), "不能调用；请用 .wait(timeout=5)，或 .latest"),
         (lambda: chassis.battery.percent, "请用 latest.NAME，latest 起初是 None"),
         (lambda: chassis.go_to("A1"), "；请用 go_to(x, y, yaw)，单位米和弧度；标记点用"),
     ):
