@@ -22,7 +22,7 @@ def robot_api(data: bytes) -> str:
     except JsonError:
         return "no JSON"
     frame = documents[0] if documents else None
-    answer = respond(STATE, frame)
+    answer = respond(STATE, frame, "a client")
     json.dumps(answer, allow_nan=False)
     assert "internal error" not in answer["msg"]
     kind = frame.get("type") if isinstance(frame, dict) else None

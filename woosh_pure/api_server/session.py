@@ -1,12 +1,13 @@
-"""`ApiSession`: one client of the server: its requests, answered one by one, and its subscriptions.
-
-`respond` answers a request whatever carried it; HTTP would use it as well.
+"""`ApiSession`: one client of the server by WebSocket: its requests, answered one by one, and its
+subscriptions. `answer_post`: a request by HTTP. `respond` answers both.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Hashable
 from functools import partial
+from http import HTTPStatus
 from typing import Any
 
 from rosproto.errors import RosError
@@ -24,12 +25,14 @@ MAX_TYPE = 200  # characters of a type that are repeated
 _SN_BITS = 63
 
 
-def respond(state: ApiState, frame: object) -> Values:
+def respond(state: ApiState, frame: object, client: Hashable) -> Values:
     """Answer one request; the answer has its number. May wait for the robot, see `ApiState.waits`.
 
     Args:
         state: The robot.
         frame: Decoded JSON: `{"type", "body", "sn"}`.
+        client: Who asks: the session of a WebSocket, or the IP address of the clients by HTTP there, which
+            have no connection that ends with them.
     """
     if not isinstance(frame, dict):
         return wire.answer("", ok=False, msg=f"the message is {shown(frame)}; expected an object")
@@ -53,6 +56,35 @@ def respond(state: ApiState, frame: object) -> Values:
     except Exception:
         _log.exception("! robot-api: %s", known)
         return wire.answer(known, ok=False, msg="internal error; see the server's log", sn=sn)
+
+
+async def _answer(state: ApiState, frame: object, client: Hashable) -> Values:
+    """`respond`, in a thread where it may wait; called in the server's loop."""
+    type_name = frame.get("type") if isinstance(frame, dict) else None
+    if isinstance(type_name, str) and state.waits(type_name):
+        return await state.pool.run(partial(respond, state, frame, client))
+    return respond(state, frame, client)
+
+
+async def answer_post(state: ApiState, path: str, data: bytes, address: str) -> tuple[HTTPStatus, str]:
+    """Answer a request by HTTP with a status and a JSON text; called in the server's loop.
+
+    Args:
+        state: The robot.
+        path: Names the request: "/woosh/robot/Twist".
+        data: The body of the request; nothing is an empty one.
+        address: The client's IP address.
+    """
+    type_name = wire.type_of(path)
+    if type_name is None:
+        text = f"{short(path)!r} is not a request of the Robot API; expected one such as /woosh/robot/Battery"
+        return HTTPStatus.NOT_FOUND, json.dumps(wire.answer(short(path), ok=False, msg=text))
+    try:
+        documents = await state.read_json(data)
+    except ValueError as problem:
+        return HTTPStatus.OK, json.dumps(wire.answer(type_name, ok=False, msg=f"the body {problem}"))
+    frame = {"type": type_name, "body": documents[0] if documents else None}
+    return HTTPStatus.OK, json.dumps(await _answer(state, frame, address))
 
 
 class ApiSession:
@@ -89,10 +121,8 @@ class ApiSession:
         type_name = frame.get("type") if isinstance(frame, dict) else None
         if isinstance(frame, dict) and type_name == wire.SUBSCRIPTION:
             await state.pool.run(partial(self._subscribe, frame))
-        elif isinstance(type_name, str) and state.waits(type_name):
-            self._send(await state.pool.run(partial(respond, state, frame)))
         else:
-            self._send(respond(state, frame))
+            self._send(await _answer(state, frame, self))
 
     def _subscribe(self, frame: dict[str, Any]) -> None:
         """Begin or end pushes. Only what cannot be subscribed has an answer: the protocol has none."""

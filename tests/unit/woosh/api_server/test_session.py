@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import sys
 from types import SimpleNamespace
@@ -11,7 +12,9 @@ import numpy as np
 import pytest
 
 from rosproto.gateway import ClientChannel, GatewayLimits, Refused
-from woosh_pure.api_server.session import ApiSession, respond
+from rosproto.json_text import JsonReader
+from rosproto.json_values import JsonValue
+from woosh_pure.api_server.session import ApiSession, answer_post, respond
 from woosh_pure.api_server.site import RobotSite
 from woosh_pure.api_server.state import SCANNER, ApiState
 from woosh_pure.geometry import Pose2D
@@ -62,14 +65,40 @@ def test_what_waits_of_a_topic_that_was_left_is_not_sent(session: ApiSession) ->
 
 
 def test_a_request_is_answered_whatever_carried_it() -> None:
-    """HTTP would send the same without a number."""
-    state = cast(ApiState, SimpleNamespace(answer=lambda kind, asked: {"ctrl": 1, "work": 2}))
-    assert respond(state, {"type": "woosh.robot.Mode"}) == {
-        "type": "woosh.robot.Mode",
-        "body": {"ctrl": 1, "work": 2},
-        "ok": True,
-        "msg": "",
-    }
+    """By HTTP its path is the type, and its body that of the message alone."""
+    reader = JsonReader(100, 20)
+
+    async def read_json(data: bytes) -> list[JsonValue]:
+        return reader.read(data)
+
+    state = cast(
+        ApiState,
+        SimpleNamespace(
+            answer=lambda kind, asked: {"ctrl": 1, "work": 2}, waits=lambda kind: False, read_json=read_json
+        ),
+    )
+    answer = {"type": "woosh.robot.Mode", "body": {"ctrl": 1, "work": 2}, "ok": True, "msg": ""}
+    assert respond(state, {"type": "woosh.robot.Mode"}, "a client") == answer
+
+    def post(path: str, data: bytes) -> tuple[int, object]:
+        status, text = asyncio.run(answer_post(state, path, data, "10.0.0.9"))
+        return status, json.loads(text)
+
+    for data in (b"", b"{}", b"null", b'{"robotId": 9, "sn": 5}'):
+        assert post("/woosh/robot/Mode", data) == (200, answer)
+    refused = {"type": "woosh.robot.Mode", "body": {}, "ok": False}
+    assert post("/woosh/robot/Mode", b"{") == (
+        200,
+        {
+            **refused,
+            "msg": "the body is not JSON: Expecting property name enclosed in double quotes at character 1",
+        },
+    )
+    for path in ("/woosh/robot/What", "/woosh/robot/Mode/", "//woosh/robot/Mode", "", "*", "/" + "x" * 5000):
+        status, found = post(path, b"{}")
+        assert isinstance(found, dict)
+        assert (status, found["ok"], "expected one such as" in found["msg"]) == (404, False, True)
+        assert len(found["type"]) <= 60
 
 
 def test_marks_without_a_pose_are_named_without_one() -> None:
