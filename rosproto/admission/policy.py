@@ -9,6 +9,7 @@ localhost. Programs do not send `Origin`, and pass that check.
 
 from __future__ import annotations
 
+import base64
 import hmac
 import re
 from collections.abc import Callable, Iterable, Sequence
@@ -59,10 +60,23 @@ def normal_origin(origin: str) -> str:
 
 def bearer_token(authorizations: Sequence[str]) -> str | None:
     """Return the token in the Authorization header; None if there is none, or several."""
+    return _credentials(authorizations, "bearer")
+
+
+def basic_password(authorizations: Sequence[str]) -> str | None:
+    """Return the password in the Authorization header, of programs that know no tokens; None without one."""
+    try:
+        pair = base64.b64decode(_credentials(authorizations, "basic") or "", validate=True).decode()
+    except ValueError:
+        return None
+    return pair.partition(":")[2] if ":" in pair else None
+
+
+def _credentials(authorizations: Sequence[str], wanted: str) -> str | None:
     if len(authorizations) != 1:
         return None
     scheme, _, value = authorizations[0].partition(" ")
-    return value.strip() if scheme.lower() == "bearer" else None
+    return value.strip() if scheme.lower() == wanted else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 Connections are bounded in number and time before they become clients, and their HTTP request is checked
 (`Listener`, `handshake.py`). A client's session gets its messages one after the other, and
-`outbox_writer.py` sends what waits in its outbox.
+`outbox_writer.py` sends what waits in its outbox. Requests by POST: `http_requests.py`.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ import ssl
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from concurrent.futures import Future, wait
 from contextlib import suppress
+from functools import partial
 from http import HTTPStatus
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -29,6 +30,7 @@ from rosproto.extras import optional_module
 from rosproto.gateway.client_channel import ClientChannel, ClientSession
 from rosproto.gateway.client_limits import GatewayLimits
 from rosproto.gateway.handshake import HandshakeRules
+from rosproto.gateway.http_requests import HttpRequests, PostHandler
 from rosproto.gateway.outbox_writer import OutboxWriter, closed_error
 from rosproto.logs import PeerLog
 from rosproto.transport.connection_slots import ConnectionSlots
@@ -36,8 +38,14 @@ from rosproto.transport.listener import AT_ONCE, Listener, key_of
 from rosproto.transport.uri import make_uri
 
 if TYPE_CHECKING:
+    from typing import TypeAlias
+
     from websockets.asyncio.server import ServerConnection
     from websockets.http11 import Request, Response
+
+    from rosproto.protocol import http
+
+    Connection: TypeAlias = ServerConnection | HttpRequests
 
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
 FRAGMENTS = 4096
@@ -71,6 +79,7 @@ class WebSocketServer:
         limits: Bounds.
         tls: Certificate and key; None for none.
         name: For threads and errors.
+        posts: Answers requests by POST; None refuses them.
 
     Raises:
         LocalProtocolError: `websockets` is missing.
@@ -81,6 +90,8 @@ class WebSocketServer:
         refused: Refused connections by reason.
         accepted: Clients so far.
         stalled: Clients disconnected so far because they read nothing.
+        slots: Connections that are not clients.
+        turn: Of a client that took more than its share of the loop's time.
     """
 
     def __init__(
@@ -92,6 +103,7 @@ class WebSocketServer:
         limits: GatewayLimits | None = None,
         tls: ssl.SSLContext | None = None,
         name: str = "gateway",
+        posts: PostHandler | None = None,
     ) -> None:
         self._websockets = need_websockets(name)
         self.host = admission.bound
@@ -105,21 +117,22 @@ class WebSocketServer:
         self._tls = tls
         self._admission = admission
         self._name = name
+        self._posts = posts
         self._lock = threading.Lock()
-        self._channels: dict[ServerConnection, ClientChannel] = {}  # by connection
+        self._channels: dict[Connection, ClientChannel] = {}  # by connection; of WebSockets
         self._tasks: set[asyncio.Task[None]] = set()
-        self._transports: dict[ServerConnection, asyncio.Transport] = {}
-        self._unread: dict[ServerConnection, asyncio.TimerHandle] = {}
+        self._transports: dict[Connection, asyncio.Transport] = {}
+        self._unread: dict[Connection, asyncio.TimerHandle] = {}
         self._leaving: set[Future[None]] = set()
         self._closing = False
-        self._slots = ConnectionSlots(self.limits.pending_handshakes)
-        self._listener = Listener(self.host, port, self._slots, self.refused)
+        self.slots = ConnectionSlots(self.limits.pending_handshakes)
+        self._listener = Listener(self.host, port, self.slots, self.refused)
         self.port: int = self._listener.getsockname()[1]
         self._started: Future[None] = Future()
         self._loop = asyncio.SelectorEventLoop()  # calls `Listener.accept`; Windows' proactor loop does not
         self._outbox_writer = OutboxWriter(self._loop, self.pool, self.peer_log, name)
         self._stop = asyncio.Event()
-        self._turn = asyncio.Lock()
+        self.turn = asyncio.Lock()
         self._served = 0  # messages so far
         self._thread = threading.Thread(target=self._run, name=f"rosproto:{name}", daemon=True)
         self._thread.start()
@@ -173,8 +186,8 @@ class WebSocketServer:
             **({"ssl_handshake_timeout": limits.handshake_seconds} if self._tls is not None else {}),
             process_request=self._check_request,
             subprotocols=list(self._admission.subprotocols) or None,
-            create_connection=lambda *given, **options: BudgetedProtocol(
-                budget, connection_class(*given, **options)
+            create_connection=lambda *given, **options: self._new_connection(
+                budget, partial(connection_class, *given, **options)
             ),
             compression=None,
             open_timeout=limits.handshake_seconds,
@@ -190,7 +203,7 @@ class WebSocketServer:
         self._started.set_result(None)
         await self._stop.wait()
         server.close()
-        self._slots.drop_all()
+        self.slots.drop_all()
         with suppress(asyncio.TimeoutError):  # the rest is aborted below
             await asyncio.wait_for(server.wait_closed(), limits.close_seconds + 0.5)
         for transport in list(self._transports.values()):
@@ -204,11 +217,18 @@ class WebSocketServer:
 
     # -- events of connections ------------------------------------------------------------------------------
 
-    def connected(self, connection: ServerConnection, transport: asyncio.Transport) -> None:
+    def _new_connection(
+        self, budget: ReadBudget, websocket: Callable[[], asyncio.Protocol]
+    ) -> BudgetedProtocol:
+        if self._posts is None:
+            return BudgetedProtocol(budget, websocket())
+        return HttpRequests(self, self._posts, budget, websocket).budgeted
+
+    def connected(self, connection: Connection, transport: asyncio.Transport) -> None:
         """A connection has its transport (with TLS, the one above TLS)."""
         self._transports[connection] = transport
 
-    def disconnected(self, connection: ServerConnection, error: Exception | None) -> None:
+    def disconnected(self, connection: Connection, error: Exception | None) -> None:
         """A connection has ended, with `error` if it broke."""
         self._transports.pop(connection, None)
         self.write_resumed(connection)
@@ -227,19 +247,38 @@ class WebSocketServer:
             refusal = AdmissionRefusal(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
         if refusal is None:
             return None
-        self._slots.request_begins(key, now, authorized=False)
+        self.refuse(connection, refusal)
+        return connection.respond(refusal.status, f"{refusal.text}\n")
+
+    def check_post(self, connection: HttpRequests, request: http.Request) -> AdmissionRefusal | None:
+        """Why a request by POST is refused, or None."""
+        now, key = time.monotonic(), key_of(connection.remote_address)
+        self.slots.request_begins(key, now, authorized=False)  # it has one, and is not a missing handshake
+        refusal = self._admission.check_post(request, key[0], now, secure=self.secure)
+        if refusal is not None:
+            self.refuse(connection, refusal)
+        return refusal
+
+    def refuse(self, connection: Connection, refusal: AdmissionRefusal) -> None:
+        """Count and log a refused request."""
+        self.slots.request_begins(key_of(connection.remote_address), time.monotonic(), authorized=False)
         self.refused[refusal.reason] += 1
         self.peer_log.warning(
             refusal.reason, "! %s: refused %s: %s", self._name, peer_of(connection), refusal.text
         )
-        return connection.respond(refusal.status, f"{refusal.text}\n")
+
+    def spawn(self, work: Coroutine[Any, Any, None]) -> None:
+        """Run something in the loop, which `close` ends."""
+        task = asyncio.ensure_future(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
 
     # -- clients --------------------------------------------------------------------------------------------
 
     async def _serve(self, connection: ServerConnection) -> None:
         task = asyncio.current_task()
         assert task is not None
-        self._slots.release(key_of(connection.remote_address))  # `_channels` counts it from now on
+        self.slots.release(key_of(connection.remote_address))  # `_channels` counts it from now on
         transport = self._transports.get(connection)
         if transport is None:
             return  # it ended during its handshake
@@ -327,7 +366,7 @@ class WebSocketServer:
                 spent += time.thread_time() - began
             before = now
             if spent >= TURN_SECONDS:
-                async with self._turn:
+                async with self.turn:
                     await asyncio.sleep(0)
                 spent = 0.0
                 self._look_for_reset(connection, channel)
@@ -382,7 +421,7 @@ class WebSocketServer:
 
     # -- clients that read nothing --------------------------------------------------------------------------
 
-    def write_paused(self, connection: ServerConnection) -> None:
+    def write_paused(self, connection: Connection) -> None:
         """The write buffer is full: check for progress later, as the library's pings wait behind it."""
         transport = self._transports.get(connection)
         if transport is not None:
@@ -391,15 +430,13 @@ class WebSocketServer:
                 self.limits.silence_seconds, self._look_for_progress, connection, transport, unread
             )
 
-    def write_resumed(self, connection: ServerConnection) -> None:
+    def write_resumed(self, connection: Connection) -> None:
         """The client has caught up."""
         timer = self._unread.pop(connection, None)
         if timer is not None:
             timer.cancel()
 
-    def _look_for_progress(
-        self, connection: ServerConnection, transport: asyncio.Transport, unread: int
-    ) -> None:
+    def _look_for_progress(self, connection: Connection, transport: asyncio.Transport, unread: int) -> None:
         if transport.get_write_buffer_size() < unread:
             self.write_paused(connection)
             return
@@ -421,9 +458,7 @@ class WebSocketServer:
     def _close_channel(self, connection: ServerConnection, channel: ClientChannel) -> None:
         if connection not in self._channels or channel.ending is None:
             return
-        task = asyncio.ensure_future(self._close_connection(connection, *channel.ending))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        self.spawn(self._close_connection(connection, *channel.ending))
 
     async def _close_connection(self, connection: ServerConnection, code: int, reason: str) -> None:
         """Close with the WebSocket handshake, or abort if the client does not answer."""
@@ -524,7 +559,7 @@ class _Transport:
             self._transport.write(data)
 
 
-def peer_of(connection: ServerConnection) -> str:
+def peer_of(connection: Connection) -> str:
     """ "10.0.0.7:51234"; "?" if it is unknown."""
     address = connection.remote_address
     return f"{address[0]}:{address[1]}" if address else "?"

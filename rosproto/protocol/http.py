@@ -1,4 +1,4 @@
-"""The part of HTTP/1.1 that XML-RPC needs, for both sides of a connection: bytes in, messages out.
+"""The part of HTTP/1.1 that a POST needs, for both sides of a connection: bytes in, messages out.
 
 Messages are written as roscpp's client expects them (XmlRpcClient.cpp): the status line exactly `HTTP/1.1 200
 OK`, `Content-length: ` with one space, never chunked. The reader accepts more: HTTP/1.0, chunked bodies,
@@ -315,11 +315,17 @@ class HttpServerConnection(_Connection):
         )
 
     def encode_response(
-        self, status: int, body: bytes = b"", *, keep_alive: bool = True, allow: str = ""
+        self,
+        status: int,
+        body: bytes = b"",
+        *,
+        keep_alive: bool = True,
+        allow: str = "",
+        kind: str = "text/xml",
     ) -> bytes:
         """A response with its head. `allow` names the methods that a 405 response must list."""
         # roscpp requires this spelling of Content-length, and "200 OK"
-        headers = {"Server": "rosproto", "Content-Type": "text/xml", "Content-length": str(len(body))}
+        headers = {"Server": "rosproto", "Content-Type": kind, "Content-length": str(len(body))}
         if allow:
             headers["Allow"] = allow
         headers["Connection"] = "keep-alive" if keep_alive else "close"

@@ -1,7 +1,7 @@
 """One table of attempts to get in (token, Host, Origin, rate, half-open connections), tried at every door over sockets.
 
-The doors are the REST API, the log-in of the page, its live connection, the rosbridge server and the Foxglove
-server. A new door belongs into DOORS.
+The doors are the REST API, the log-in of the page, its live connection, the rosbridge server, the Foxglove
+server, and requests by POST on the port of a gateway. A new door belongs into DOORS.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import struct
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
+from http import HTTPStatus
 from typing import Any, NamedTuple
 
 import pytest
@@ -23,7 +24,14 @@ pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extras `web` and `bridge`")
 
 from rosproto import Master, Node
-from rosproto.gateway import Foxglove, Rosbridge
+from rosproto.gateway import (
+    ClientChannel,
+    Foxglove,
+    GatewayLimits,
+    HandshakeRules,
+    Rosbridge,
+    WebSocketServer,
+)
 from tests.support.robot_pool import RobotPool
 from woosh_pure import Chassis, web
 from woosh_pure.web.server import WebServer
@@ -44,6 +52,36 @@ def rosbridge(chassis: Chassis, node: Node, **options: Any) -> AbstractContextMa
 
 def foxglove(chassis: Chassis, node: Node, **options: Any) -> AbstractContextManager[Any]:
     return Foxglove(node, port=0, **options)
+
+
+class Yes:
+    """A gateway's answer to each POST."""
+
+    async def answer(self, path: str, data: bytes, address: str) -> tuple[HTTPStatus, str]:
+        return HTTPStatus.OK, "{}"
+
+    def refused(self, why: str) -> str:
+        return json.dumps(why)
+
+
+def posts(
+    chassis: Chassis, node: Node, host: str = "127.0.0.1", limits: GatewayLimits | None = None, **rules: Any
+) -> AbstractContextManager[Any]:
+    """The server below the gateways as the Robot API has it, with the rules that it gets."""
+    serve = WebSocketServer(Idle, HandshakeRules(host, **rules), limits=limits, name="robot-api", posts=Yes())
+    return closing(serve)
+
+
+class Idle:
+    """A client by WebSocket of whom nothing is read."""
+
+    max_message_bytes = 0
+
+    def __init__(self, channel: ClientChannel) -> None: ...
+
+    async def received(self, data: str | bytes) -> None: ...
+
+    def ended(self) -> None: ...
 
 
 def lines(method: str, path: str, headers: Headers, body: bytes = b"") -> bytes:
@@ -88,6 +126,11 @@ def socket_of_gateway(token: str | None, headers: Headers) -> bytes:
     return upgrade(path, None, headers, **{"Sec-WebSocket-Protocol": "foxglove.sdk.v1"})
 
 
+def post(token: str | None, headers: Headers) -> bytes:
+    usual = {"Content-Length": "2", "Content-Type": "application/json"}
+    return lines("POST", "/woosh/robot/Mode", {**bearer(token), **usual, **headers}, b"{}")
+
+
 class Door(NamedTuple):
     """A server, a request to it, and the statuses that differ from the table."""
 
@@ -104,6 +147,8 @@ DOORS = {
     "live connection": Door(web_server, live, {421: 403}),
     "rosbridge": Door(rosbridge, socket_of_gateway),
     "Foxglove": Door(foxglove, socket_of_gateway),
+    # Two headers of one name are read as one of both values.
+    "POST": Door(posts, post, {400: 403}),
 }
 
 

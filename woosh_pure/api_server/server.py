@@ -7,7 +7,7 @@ from functools import partial
 from rosproto.gateway import GatewayLimits, GatewayServer, HandshakeRules, WebSocketServer
 from rosproto.logs import get_logger
 from rosproto.node import Node
-from woosh_pure.api_server.session import ApiSession
+from woosh_pure.api_server.session import ApiPosts, ApiSession
 from woosh_pure.api_server.site import RobotSite
 from woosh_pure.api_server.state import ApiState
 from woosh_pure.robot_api.wire import PORT
@@ -16,7 +16,7 @@ _log = get_logger("woosh_pure.api_server")
 
 
 class RobotApiServer(GatewayServer):
-    """Answers read requests of the Robot API over WebSocket, and pushes what is subscribed, until its close.
+    """Answers read requests of the Robot API, by HTTP and WebSocket, and pushes what is subscribed.
 
     It moves and changes nothing: every other request is answered with `ok` false. What no topic of the robot
     tells, and `site` neither, is not known: the request is refused instead of answered with zeros.
@@ -49,8 +49,9 @@ class RobotApiServer(GatewayServer):
                 partial(ApiSession, state),
                 HandshakeRules("127.0.0.1"),
                 port=port,
-                limits=state.limits,
+                limits=state.limits._replace(message_bytes=state.max_message_bytes),
                 name="robot-api",
+                posts=ApiPosts(state),
             ),
         )
         _log.info("= robot-api: serving %s at %s", node.name, self.url)

@@ -1,5 +1,5 @@
 """`ApiSession`: one client of the server by WebSocket: its requests, answered one by one, and its
-subscriptions. `answer_post`: a request by HTTP. `respond` answers both.
+subscriptions. `ApiPosts`: requests by HTTP. `respond` answers both.
 """
 
 from __future__ import annotations
@@ -66,25 +66,28 @@ async def _answer(state: ApiState, frame: object, client: Hashable) -> Values:
     return respond(state, frame, client)
 
 
-async def answer_post(state: ApiState, path: str, data: bytes, address: str) -> tuple[HTTPStatus, str]:
-    """Answer a request by HTTP with a status and a JSON text; called in the server's loop.
+class ApiPosts:
+    """The requests by HTTP; a `PostHandler`."""
 
-    Args:
-        state: The robot.
-        path: Names the request: "/woosh/robot/Twist".
-        data: The body of the request; nothing is an empty one.
-        address: The client's IP address.
-    """
-    type_name = wire.type_of(path)
-    if type_name is None:
-        text = f"{short(path)!r} is not a request of the Robot API; expected one such as /woosh/robot/Battery"
-        return HTTPStatus.NOT_FOUND, json.dumps(wire.answer(short(path), ok=False, msg=text))
-    try:
-        documents = await state.read_json(data)
-    except ValueError as problem:
-        return HTTPStatus.OK, json.dumps(wire.answer(type_name, ok=False, msg=f"the body {problem}"))
-    frame = {"type": type_name, "body": documents[0] if documents else None}
-    return HTTPStatus.OK, json.dumps(await _answer(state, frame, address))
+    def __init__(self, state: ApiState) -> None:
+        self._state = state
+
+    async def answer(self, path: str, data: bytes, address: str) -> tuple[HTTPStatus, str]:
+        """The path names the request: "/woosh/robot/Twist". As robots do, say a refusal with status 200."""
+        type_name = wire.type_of(path)
+        if type_name is None:
+            why = f"{short(path)!r} is not a request of the Robot API; one is /woosh/robot/Battery"
+            return HTTPStatus.NOT_FOUND, self.refused(why)
+        try:
+            documents = await self._state.read_json(data)
+        except ValueError as problem:
+            return HTTPStatus.OK, self.refused(f"the body {problem}", type_name)
+        frame = {"type": type_name, "body": documents[0] if documents else None}
+        return HTTPStatus.OK, json.dumps(await _answer(self._state, frame, address))
+
+    def refused(self, why: str, type_name: str = "") -> str:
+        """The answer to what is refused before it is known."""
+        return json.dumps(wire.answer(type_name, ok=False, msg=why))
 
 
 class ApiSession:

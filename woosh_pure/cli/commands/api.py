@@ -36,8 +36,7 @@ def run_api(args: Namespace, out: Output) -> None:
         raise ValueError(say("{text!r} is not JSON: {error}", text=args.body, error=error)) from error
     if args.sim:
         raise ValueError(
-            "a simulated robot answers by WebSocket alone (`woosh sim --robot-api`), and this command asks "
-            "by HTTP"
+            "--sim has no Robot API; start `woosh sim --robot-api` and give --api-address 127.0.0.1:5480"
         )
     with closing(robot_api_at(robot_api_of(args), master_uri_of(chosen(args)[0]), names(args))) as api:
         try:
