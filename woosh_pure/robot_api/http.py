@@ -118,7 +118,7 @@ class ApiRequests:
         """As `ask`, but return the body as it came: whether a field is there may matter."""
         if request not in wire.requests():
             raise CodecError(say("{request} is not a request of the Robot API", request=request))
-        text = json.dumps(wire.request(request, body)["body"]).encode()
+        text = json.dumps(wire.dump(request, body or {}, zeros=False)).encode()
         deadline = Deadline(timeout)
         if not self._turn.acquire(timeout=timeout):
             raise deadline.error(say("{request} at {uri}", request=request, uri=self._uri))

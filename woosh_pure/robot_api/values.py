@@ -7,8 +7,8 @@ Each value is made from a body that `wire.load` has checked. A pose or polygon w
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rosproto.text import printable
@@ -21,37 +21,28 @@ Body = Mapping[str, Any]
 Point = tuple[float, float]
 
 KINDS_OF_MARKS = {
-    "bases": "plain",
-    "racks": "shelf",
-    "parkspots": "parking",
-    "chargers": "charger",
-    "palletPlatforms": "pallet_platform",
-    "liftTrolleys": "trolley",
-    "tractorTrailers": "trailer",
-    "rollerStations": "roller_station",
-    "armWorktops": "arm_bench",
-}
+    "bases": "plain", "racks": "shelf", "parkspots": "parking", "chargers": "charger",
+    "palletPlatforms": "pallet_platform", "liftTrolleys": "trolley", "tractorTrailers": "trailer",
+    "rollerStations": "roller_station", "armWorktops": "arm_bench",
+}  # fmt: skip
 """Kind of a mark, by the list that it is in."""
 KINDS_OF_ZONES = {
-    "bidirectionWays": "two_way",
-    "singleWays": "single",
-    "oneWays": "one_way",
-    "crossings": "crossing",
-    "narrowPassages": "narrow_passage",
-    "locateFields": "localisation",
-    "rampFields": "ramp",
-    "odomFields": "odometry_only",
-    "autodoorFields": "automatic_door",
-    "speedLimitFields": "speed_limit",
-    "fireFields": "fire",
-    "warnFields": "warning",
-    "guideFields": "guide",
-}
+    "bidirectionWays": "two_way", "singleWays": "single", "oneWays": "one_way", "crossings": "crossing",
+    "narrowPassages": "narrow_passage", "locateFields": "localisation", "rampFields": "ramp",
+    "odomFields": "odometry_only", "autodoorFields": "automatic_door", "speedLimitFields": "speed_limit",
+    "fireFields": "fire", "warnFields": "warning", "guideFields": "guide",
+}  # fmt: skip
 """Kind of a zone, by the list that it is in."""
-_ZONE_MODES = {1: "avoid", 2: "wait", 3: "wait_then_plan", 4: "wait_then_fail"}
-_ZONE_MODES |= {10: "narrow_passage", 11: "magnetic_strip", 12: "qr_code"}
+_ZONE_MODES = {
+    1: "avoid", 2: "wait", 3: "wait_then_plan", 4: "wait_then_fail", 10: "narrow_passage",
+    11: "magnetic_strip", 12: "qr_code",
+}  # fmt: skip
 _OUTLINES = ("original", "expanded", "spare", "docking")
-_EMERGENCY_STOP, _LOCALISED, _OCCUPIED, _OBSTRUCTED, _TASKABLE = 1024, 1, 8, 8, 1
+_BITS = {
+    "emergency_stop": ("hardware", 1024), "localised": ("software", 1), "occupied": ("software", 8),
+    "taskable": ("robot", 1), "obstructed": ("nav", 8),
+}  # fmt: skip
+"""The mask and bit of each fact; the first two masks are of DeviceState."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,8 +50,7 @@ class RobotMark:
     """A mark of the robot's own map.
 
     Attributes:
-        name: Its unique name, which tasks use.
-        number: Its unique number.
+        name, number: Its unique name, which tasks use, and its unique number.
         kind: One of `KINDS_OF_MARKS`.
         pose: Where a drive to it ends (our reading: the place itself where the robot docks, else the docking
             point); None if it is not known.
@@ -87,7 +77,6 @@ class Scene:
     """A scene: one or more maps (floors).
 
     Attributes:
-        name: Its name.
         maps: Names of its maps.
         current_map: The map that the robot uses; "" if it uses another scene.
         version: Counts uploads of that map; 0 if it is not in use.
@@ -107,7 +96,6 @@ class Zone:
 
     Attributes:
         kind: One of `KINDS_OF_ZONES`.
-        number: Its number.
         polygon: Its corners, m.
         max_speed: m/s; None without a limit of its own.
         mode: What the robot does about obstacles in it; "" if the zone does not say.
@@ -145,7 +133,6 @@ class RobotEvent:
     Attributes:
         code: As on /status_code.
         text: The robot's words, in its language; ours if it has none.
-        level: As the robot says.
         time: Seconds since 1970 by the robot's clock.
         task_id: The task that was running; 0 without one.
     """
@@ -230,11 +217,20 @@ class Outline:
 
 def marks_of(scene: Body) -> list[RobotMark]:
     """The marks of all maps of a SceneDataEasy."""
-    found = []
+    return [mark for each in _listed(scene, "storages", KINDS_OF_MARKS) if (mark := _mark(*each)).name]
+
+
+def zones_of(scene: Body) -> list[Zone]:
+    """The zones of all maps of a SceneData."""
+    return [zone for each in _listed(scene, "fieldInfo", KINDS_OF_ZONES) if (zone := _zone(*each)).polygon]
+
+
+def _listed(scene: Body, part: str, kinds: Mapping[str, str]) -> Iterator[tuple[Body, str, str]]:
+    """Each item of the lists in a part of all maps, with its kind and the name of its map."""
     for each in scene["maps"]:
-        for key, kind in KINDS_OF_MARKS.items():
-            found += [_mark(mark, kind, each["name"]) for mark in each.get("storages", {}).get(key, ())]
-    return [mark for mark in found if mark.name]
+        for key, kind in kinds.items():
+            for item in each.get(part, {}).get(key, ()):
+                yield item, kind, each["name"]
 
 
 def _mark(body: Body, kind: str, map_name: str) -> RobotMark:
@@ -262,44 +258,23 @@ def _points(bodies: Sequence[Body]) -> tuple[Point, ...]:
     return points if len(points) > 2 and all(map(_sensible, points)) else ()
 
 
-def zones_of(scene: Body) -> list[Zone]:
-    """The zones of all maps of a SceneData."""
-    return [
-        zone
-        for each in scene["maps"]
-        for key, kind in KINDS_OF_ZONES.items()
-        for body in each.get("fieldInfo", {}).get(key, ())
-        if (zone := _zone(body.get("navFiled", {}), kind, each["name"])).polygon
-    ]
-
-
-def _zone(body: Body, kind: str, map_name: str) -> Zone:
-    speed = body.get("maxSpeed", 0.0)
-    return Zone(
-        kind,
-        body.get("id", 0),
-        _points(body.get("vertexs", ())),
-        speed if 0.0 < speed < math.inf else None,
-        _ZONE_MODES.get(body.get("navMode", 0), ""),
-        map_name,
-    )
+def _zone(item: Body, kind: str, map_name: str) -> Zone:
+    body = item.get("navFiled", {})
+    speed, mode = body.get("maxSpeed", 0.0), _ZONE_MODES.get(body.get("navMode", 0), "")
+    limit, polygon = speed if 0.0 < speed < math.inf else None, _points(body.get("vertexs", ()))
+    return Zone(kind, body.get("id", 0), polygon, limit, mode, map_name)
 
 
 def scenes_of(listed: Body, current: Scene) -> list[Scene]:
     """The scenes of a SceneList."""
-    return [
-        Scene(each["name"], tuple(each["maps"]), current.current_map, current.version)
-        if each["name"] == current.name
-        else Scene(each["name"], tuple(each["maps"]))
-        for each in listed["scenes"]
-    ]
+    found = [Scene(each["name"], tuple(each["maps"])) for each in listed["scenes"]]
+    return [replace(current, maps=one.maps) if one.name == current.name else one for one in found]
 
 
 def task_of(body: Body) -> TaskRecord:
     """A task of a TaskHistory."""
-    kind, state = TaskType(body["type"]), TaskState(body["state"])
-    destination, message = printable(body["dest"]), printable(body["msg"])
-    return TaskRecord(body["robotTaskId"], kind, state, destination, message, float(body["time"]))
+    kind, state, texts = TaskType(body["type"]), TaskState(body["state"]), (body["dest"], body["msg"])
+    return TaskRecord(body["robotTaskId"], kind, state, *map(printable, texts), float(body["time"]))
 
 
 def event_of(body: Body) -> RobotEvent:
@@ -311,34 +286,19 @@ def event_of(body: Body) -> RobotEvent:
 
 def facts_of(state: Body, mode: Body, device: Body | None, operation: Body) -> DeviceFacts:
     """The facts of four answers; `device` is None where the robot's DeviceState is of an older form."""
-    hardware = None if device is None else device["hardware"]
-    software = None if device is None else device["software"]
-    return DeviceFacts(
-        RobotState(state["state"]),
-        RobotMode(mode["ctrl"]),
-        WorkMode(mode["work"]),
-        None if hardware is None else bool(hardware & _EMERGENCY_STOP),
-        None if software is None else bool(software & _LOCALISED),
-        None if software is None else bool(software & _OCCUPIED),
-        bool(operation["robot"] & _TASKABLE),
-        bool(operation["nav"] & _OBSTRUCTED),
-    )
+    told = {**operation, **(device or {})}
+    bits = {name: bool(told[mask] & bit) if mask in told else None for name, (mask, bit) in _BITS.items()}
+    return DeviceFacts(RobotState(state["state"]), RobotMode(mode["ctrl"]), WorkMode(mode["work"]), **bits)
 
 
 def statistics_of(answers: Sequence[Body]) -> Statistics:
     """The sums of the pages of one CountData; the first one has the days."""
     days = answers[0].get("operations", {}).get("ops", ())
+    driven = [day["mileage"] for day in days if "mileage" in day]
+    switched_on = [time for day in days for time in day["buckets"]]
+    sums = (float(sum(max(0, one["end"] - one["start"]) for one in spans)) for spans in (driven, switched_on))
     ends = [task["state"] for page in answers for task in page.get("tasks", {}).get("ts", ())]
-    completed, failed, cancelled = (ends.count(state) for state in (1, 2, 3))
-    driven = (day.get("mileage", {"start": 0, "end": 0}) for day in days)
-    return Statistics(
-        float(sum(max(0, each["end"] - each["start"]) for each in driven)),
-        float(sum(max(0, time["end"] - time["start"]) for day in days for time in day["buckets"])),
-        completed,
-        failed,
-        cancelled,
-        answers[0]["abnormalQty"],
-    )
+    return Statistics(*sums, *(ends.count(state) for state in (1, 2, 3)), answers[0]["abnormalQty"])
 
 
 def identity_of(general: Body, name: str) -> RobotIdentity:

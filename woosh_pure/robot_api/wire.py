@@ -113,19 +113,18 @@ def fields(type_name: str) -> tuple[Field, ...]:
 # -- bodies --------------------------------------------------------------------------------------------------
 
 
-def load(type_name: str, body: object, *, strict: bool = False) -> Values:
+def load(type_name: str, body: object) -> Values:
     """The values of a message from its JSON body; None, a body that was left out, is an empty one.
 
     Args:
         type_name: The message, "woosh.robot.Twist".
-        body: Decoded JSON. Fields may be named in both spellings, and numbers be texts.
-        strict: Refuse unknown fields, as in what a user typed. By default they are left out, because newer
-            robots send more.
+        body: Decoded JSON. Fields may be named in both spellings, and numbers be texts. Unknown ones are left
+            out, because newer robots send more.
 
     Raises:
         CodecError: There is no such message, or a value does not fit; names the field.
     """
-    return _Loader(type_name, strict).message(type_name, {} if body is None else body, "")
+    return _Loader(type_name, strict=False).message(type_name, {} if body is None else body, "")
 
 
 def dump(type_name: str, values: Mapping[str, Any], zeros: bool = True) -> Values:
@@ -134,31 +133,25 @@ def dump(type_name: str, values: Mapping[str, Any], zeros: bool = True) -> Value
     Args:
         type_name: The message.
         values: By lowerCamelCase name. Lists may be arrays of numpy; bytes may be base64 already.
-        zeros: Write defaults, as robots do; without, only what differs from them, as clients do.
+        zeros: Write defaults, as robots do. Without, only what differs from them, as clients do: a zero
+            velocity is `{}`.
 
     Raises:
         CodecError: There is no such message or field, or a value does not fit.
     """
-    return _written(type_name, _Loader(type_name, True).message(type_name, values, ""), zeros)
-
-
-def _written(type_name: str, values: Values, zeros: bool) -> Values:
-    body = {}
-    for field in fields(type_name):
-        value = values.get(field.key)
-        default = [] if field.repeated else _scalar(field.type)[0]
-        if value is None or (not zeros and not field.oneof and value == default):
-            continue
-        if field.repeated:
-            body[field.key] = [_json(field.type, one, zeros) for one in value]
-        else:
-            body[field.key] = _json(field.type, value, zeros)
+    body: Values = _json(type_name, _Loader(type_name, strict=True).message(type_name, values, ""), zeros)
     return body
 
 
 def _json(type_name: str, value: Any, zeros: bool) -> Any:
+    if isinstance(value, list):
+        return [_json(type_name, one, zeros) for one in value]
     if isinstance(value, dict):
-        return _written(type_name, value, zeros)
+        return {
+            key: _json(kind, value[key], zeros)
+            for _, key, _, kind, _, oneof in fields(type_name)
+            if key in value and (zeros or oneof or value[key] not in ([], _scalar(kind)[0]))
+        }
     if isinstance(value, bytes):
         return base64.b64encode(value).decode("ascii")
     if isinstance(value, float) and not math.isfinite(value):
@@ -289,21 +282,6 @@ def _scalar(type_name: str) -> Scalar:
 # -- frames --------------------------------------------------------------------------------------------------
 
 
-def request(type_name: str, body: Mapping[str, Any] | None = None, sn: int | None = None) -> Values:
-    """The frame of a request. Fields at their defaults are left out, so a zero velocity is `{}`.
-
-    Args:
-        type_name: The request.
-        body: As for `load`; also values that `load` returned.
-        sn: Number that the answer repeats.
-
-    Raises:
-        CodecError: There is no such message or field, or a value does not fit.
-    """
-    frame: Values = {"type": type_name, "body": dump(type_name, body or {}, zeros=False)}
-    return frame if sn is None else {**frame, "sn": sn}
-
-
 def answer(
     type_name: str,
     values: Mapping[str, Any] | None = None,
@@ -317,8 +295,7 @@ def answer(
     Args:
         type_name: Type of the answer; of an unknown request as it was asked.
         values: None for an empty body, as for a refusal.
-        ok: Whether the request was accepted.
-        msg: Why not.
+        ok, msg: Whether the request was accepted, and why not.
         sn: Number of the request; None if it had none.
     """
     body = {} if values is None else dump(type_name, values)
@@ -327,16 +304,8 @@ def answer(
 
 
 def push(type_name: str, values: Mapping[str, Any]) -> Values:
-    """The frame of a push."""
+    """The frame of a push, which has neither number nor `ok`."""
     return {"type": type_name, "body": dump(type_name, values)}
-
-
-def is_answer(frame: Mapping[str, Any]) -> bool:
-    """Whether a frame of a robot answers a request; other frames are pushes.
-
-    The number is not required: a request without one has an answer without one.
-    """
-    return isinstance(frame.get("ok"), bool) and isinstance(frame.get("msg"), str)
 
 
 def path_of(type_name: str) -> str:
