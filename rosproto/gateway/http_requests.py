@@ -124,7 +124,7 @@ class HttpRequests(asyncio.Protocol):
             event = self._http.next_event()
         except RemoteProtocolError as error:
             why = f"it may have {error.limit} bytes" if isinstance(error, TooLarge) else str(error)
-            self._malformed(HTTPStatus(error_status(error)), why)
+            self._refuse(HTTPStatus(error_status(error)), "request", f"the request is refused: {why}")
             return
         if isinstance(event, ContinueWanted):
             self._transport.write(CONTINUE)
@@ -134,18 +134,19 @@ class HttpRequests(asyncio.Protocol):
             self._server.spawn(self._answer(event))
 
     async def _answer(self, request: Request) -> None:
-        server, key = self._server, key_of(self.remote_address)
-        refusal = server.check_post(self, request)
+        server, key, now = self._server, key_of(self.remote_address), time.monotonic()
+        server.slots.request_begins(key, now, authorized=False)  # its end is not a missing handshake
+        refusal = server.admission.check_post(request, key[0], now, secure=server.secure)
         if refusal is not None:
-            self._refuse(refusal.status, refusal.text)
+            self._refuse(refusal.status, refusal.reason, refusal.text)
             return
         path = request.target.partition("?")[0]
-        server.slots.request_begins(key, time.monotonic(), authorized=True)
+        server.slots.request_begins(key, now, authorized=True)
         try:
             status, text = await self._handler.answer(path, request.body, key[0])
         except Exception as error:
             server.peer_log.error(key[0], "! %s of %s", path, key[0], exc_info=error)
-            self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, "internal error; see the server's log")
+            self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, "error", "internal error; see the server's log")
             return
         finally:
             server.slots.request_ends(key, time.monotonic(), authorized=True)
@@ -160,14 +161,11 @@ class HttpRequests(asyncio.Protocol):
             self._read()
 
     def _too_slow(self) -> None:
-        self._malformed(HTTPStatus.REQUEST_TIMEOUT, f"it is not complete after {REQUEST_SECONDS:g} s")
+        why = f"the request is refused: it is not complete after {REQUEST_SECONDS:g} s"
+        self._refuse(HTTPStatus.REQUEST_TIMEOUT, "request", why)
 
-    def _malformed(self, status: HTTPStatus, why: str) -> None:
-        refusal = AdmissionRefusal(status, "request", f"the request is refused: {why}")
-        self._server.refuse(self, refusal)
-        self._refuse(refusal.status, refusal.text)
-
-    def _refuse(self, status: HTTPStatus, why: str) -> None:
+    def _refuse(self, status: HTTPStatus, reason: str, why: str) -> None:
+        self._server.refuse(self, AdmissionRefusal(status, reason, why))
         self._write(status, self._handler.refused(why), keep_alive=False)
 
     def _write(self, status: HTTPStatus, text: str, keep_alive: bool) -> None:

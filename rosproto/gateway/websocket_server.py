@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
     from websockets.http11 import Request, Response
 
-    from rosproto.protocol import http
-
     Connection: TypeAlias = ServerConnection | HttpRequests
 
 WRITE_BUFFER = 256 << 10  # bytes given to the system's socket ahead of what it took
@@ -87,6 +85,7 @@ class WebSocketServer:
 
     Attributes:
         host, port: Where it listens.
+        admission: As given.
         refused: Refused connections by reason.
         accepted: Clients so far.
         stalled: Clients disconnected so far because they read nothing.
@@ -115,7 +114,7 @@ class WebSocketServer:
         self.peer_log = PeerLog("rosproto.gateway")
         self._open_session = open_session
         self._tls = tls
-        self._admission = admission
+        self.admission = admission
         self._name = name
         self._posts = posts
         self._lock = threading.Lock()
@@ -185,7 +184,7 @@ class WebSocketServer:
             ssl=self._tls,
             **({"ssl_handshake_timeout": limits.handshake_seconds} if self._tls is not None else {}),
             process_request=self._check_request,
-            subprotocols=list(self._admission.subprotocols) or None,
+            subprotocols=list(self.admission.subprotocols) or None,
             create_connection=lambda *given, **options: self._new_connection(
                 budget, partial(connection_class, *given, **options)
             ),
@@ -241,7 +240,7 @@ class WebSocketServer:
         """The HTTP answer to a refused request; None for an accepted one."""
         now, key = time.monotonic(), key_of(connection.remote_address)
         header = request.headers.get_all
-        refusal = self._admission.check(request.path, header, key[0], now, secure=self.secure)
+        refusal = self.admission.check(request.path, header, key[0], now, secure=self.secure)
         if refusal is None and len(self._channels) >= self.limits.connections:
             why = f"{self.limits.connections} clients are connected, which is the limit"
             refusal = AdmissionRefusal(HTTPStatus.SERVICE_UNAVAILABLE, "connections", why)
@@ -249,15 +248,6 @@ class WebSocketServer:
             return None
         self.refuse(connection, refusal)
         return connection.respond(refusal.status, f"{refusal.text}\n")
-
-    def check_post(self, connection: HttpRequests, request: http.Request) -> AdmissionRefusal | None:
-        """Why a request by POST is refused, or None."""
-        now, key = time.monotonic(), key_of(connection.remote_address)
-        self.slots.request_begins(key, now, authorized=False)  # it has one, and is not a missing handshake
-        refusal = self._admission.check_post(request, key[0], now, secure=self.secure)
-        if refusal is not None:
-            self.refuse(connection, refusal)
-        return refusal
 
     def refuse(self, connection: Connection, refusal: AdmissionRefusal) -> None:
         """Count and log a refused request."""
