@@ -55,8 +55,6 @@ class RobotMark:
         pose: Where a drive to it ends (our reading: the place itself where the robot docks, else the docking
             point); None if it is not known.
         dock: Where the robot stops first.
-        note: The robot's description of it.
-        map: The map of the scene that it is on.
     """
 
     name: str
@@ -77,7 +75,6 @@ class Scene:
     """A scene: one or more maps (floors).
 
     Attributes:
-        maps: Names of its maps.
         current_map: The map that the robot uses; "" if it uses another scene.
         version: Counts uploads of that map; 0 if it is not in use.
         localised: After `switch_map`: whether the robot knows where it is on it; None if it does not say.
@@ -96,10 +93,8 @@ class Zone:
 
     Attributes:
         kind: One of `KINDS_OF_ZONES`.
-        polygon: Its corners, m.
         max_speed: m/s; None without a limit of its own.
         mode: What the robot does about obstacles in it; "" if the zone does not say.
-        map: The map of the scene that it is on.
     """
 
     kind: str
@@ -112,11 +107,7 @@ class Zone:
 
 @dataclass(frozen=True, slots=True)
 class TaskRecord:
-    """A task of the robot's history.
-
-    Attributes:
-        time: Of its last change, seconds since 1970 by the robot's clock.
-    """
+    """A task of the robot's history; `time` is that of its last change, seconds since 1970 by its clock."""
 
     task_id: int
     type: TaskType
@@ -131,7 +122,6 @@ class RobotEvent:
     """A status code that the robot has kept.
 
     Attributes:
-        code: As on /status_code.
         text: The robot's words, in its language; ours if it has none.
         time: Seconds since 1970 by the robot's clock.
         task_id: The task that was running; 0 without one.
@@ -146,15 +136,7 @@ class RobotEvent:
 
 @dataclass(frozen=True, slots=True)
 class DeviceFacts:
-    """The robot's state in brief; None where it does not say.
-
-    Attributes:
-        emergency_stop: Whether the emergency stop is pressed.
-        localised: Whether it knows where it is.
-        occupied: Whether somebody has reserved it (SetOccupancy).
-        taskable: Whether it would take a task.
-        obstructed: Whether an obstacle is in its way.
-    """
+    """The robot's state in brief; None where it does not say. Occupied: somebody has reserved it."""
 
     robot_state: RobotState
     robot_mode: RobotMode
@@ -168,14 +150,7 @@ class DeviceFacts:
 
 @dataclass(frozen=True, slots=True)
 class Statistics:
-    """What the robot did in some days.
-
-    Attributes:
-        metres: Distance driven.
-        seconds_on: Time for which it was switched on.
-        completed, failed, cancelled: Tasks by their end.
-        faults: Faults and warnings.
-    """
+    """What the robot did in some days. Faults are also warnings; the tasks are counted by their end."""
 
     metres: float
     seconds_on: float
