@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from rosproto.admission import AdmissionPolicy, AdmissionRefusal, bearer_token, host_of, port_of
+from rosproto.admission import (
+    AdmissionPolicy,
+    AdmissionRefusal,
+    basic_password,
+    bearer_token,
+    host_of,
+    port_of,
+)
 
 GOOD_HOSTS = [
     "localhost",
@@ -197,3 +204,24 @@ def test_hosts_lose_their_port_and_their_case() -> None:
     assert host_of("ROBOT.local.:80") == "robot.local"
     assert host_of("[2001:db8::1]:80") == "2001:db8::1"
     assert [port_of(host) for host in ("h:81", "[::1]:82", "h", "", "h:1:2")] == ["81", "82", "", "", ""]
+
+
+@pytest.mark.parametrize(
+    ("given", "password"),
+    [
+        (["Basic cm9ib3Q6d29yZA=="], "word"),  # robot:word
+        (["basic  OndvcmQ="], "word"),  # :word
+        (["Basic YTpiOmM="], "b:c"),  # a:b:c
+        (["Basic 55+t77yaOg=="], ""),  # a name that is not ASCII, and nothing
+        (["Basic d29yZA=="], None),  # word: no colon
+        (["Basic cm9ib3Q6d29yZA"], None),
+        (["Basic /w=="], None),
+        (["Basic"], None),
+        (["Bearer cm9ib3Q6d29yZA=="], None),
+        (["Basic OndvcmQ=", "Basic OndvcmQ="], None),
+        ([], None),
+    ],
+)
+def test_the_password_of_basic_authentication(given: list[str], password: str | None) -> None:
+    """Whatever the name; None where there is none, or several."""
+    assert basic_password(given) == password
