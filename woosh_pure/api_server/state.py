@@ -12,6 +12,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import closing
 from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError
@@ -99,13 +100,10 @@ class ApiState(GatewayState):
         self._links: dict[str, SharedSubscription] = {}
         self._pusher = threading.Thread(target=self._push_changes, name="woosh:robot-api pushes", daemon=True)
         try:
-            rows = [_Row(self, row) for row in ROWS]
-            for row in rows:
-                self._links[row.name] = self.shared_subscriptions.open(row.name, row)
-            end = time.monotonic() + START_SECONDS
-            for row in rows:
-                if row.name not in SILENT:
-                    row.heard.wait(max(0.0, end - time.monotonic()))
+            for row in ROWS:
+                self._links[row] = self.shared_subscriptions.open(row, self)
+            with self._news:
+                self._news.wait_for(lambda: self._latest.keys() | SILENT >= {*ROWS}, START_SECONDS)
         except BaseException:
             super().close(1.0)
             raise
@@ -121,21 +119,23 @@ class ApiState(GatewayState):
 
     # -- messages of the robot ------------------------------------------------------------------------------
 
-    def received(self, row: str, event: MessageEvent) -> None:
+    def offer(self, event: MessageEvent) -> None:
         """Keep a message, which is decoded when its values are asked for; in a thread of the node."""
+        row = event.topic
         if event.type_name != TYPES[row]:
             self._warn(row, f"{event.description.publisher} publishes {event.type_name}, not {TYPES[row]}")
             return
         recorded = _translated(event) if row in ("/robot_status", "/status_code") else {}
         with self._news:
+            awaited = row == SCAN or row not in self._latest
             self._latest[row] = event
             if EVENT in recorded:
                 self._keep_event(recorded[EVENT])
             elif recorded:
                 self._keep_task(recorded[ROBOT + "TaskProc"])
             changed = self._wanted & CHANGED_BY[row]
-            if changed:
-                self._changed |= changed
+            self._changed |= changed
+            if changed or awaited:
                 self._news.notify_all()
 
     def _keep_event(self, part: Values) -> None:
@@ -238,16 +238,11 @@ class ApiState(GatewayState):
         return row not in AGING or time.monotonic() - event.received <= MAX_AGE
 
     def _newest_scan(self) -> Values:
-        row = _Row(self, SCAN)
-        with self.waiting():
-            shared = self.shared_subscriptions.open(SCAN, row)
-            try:
-                if not row.heard.wait(SCAN_SECONDS):
-                    raise Refused(f"no scan was received within {SCAN_SECONDS:g} s")
-                with self._news:
-                    return self._placed(_translated(self._latest[SCAN])[SCANNER])
-            finally:
-                shared.close()
+        before = self._latest.get(SCAN)
+        with self.waiting(), closing(self.shared_subscriptions.open(SCAN, self)), self._news:
+            if not self._news.wait_for(lambda: self._latest.get(SCAN) is not before, SCAN_SECONDS):
+                raise Refused(f"no scan was received within {SCAN_SECONDS:g} s")
+            return self._placed(_translated(self._latest[SCAN])[SCANNER])
 
     def _placed(self, scan: Values) -> Values:
         """A scan with the pose of the robot, if it is known. The lock is held."""
@@ -294,7 +289,7 @@ class ApiState(GatewayState):
         """Subscribe to the scans while a client does."""
         with self._scanning:
             if SCANNER in self._wanted and self._scan is None:
-                self._scan = self.shared_subscriptions.open(SCAN, _Row(self, SCAN))
+                self._scan = self.shared_subscriptions.open(SCAN, self)
             elif SCANNER not in self._wanted and self._scan is not None:
                 scan, self._scan = self._scan, None
                 scan.close()
@@ -341,21 +336,3 @@ def _translated(event: MessageEvent) -> dict[str, Values]:
     """The values of a message, whatever revision of its type the robot's firmware has."""
     message = firmware().convert(event.message, message_type(event.type_name))
     return to_api(event.topic, message)
-
-
-class _Row:
-    """Takes the messages of one topic.
-
-    Attributes:
-        name: The topic.
-        heard: A message has arrived.
-    """
-
-    def __init__(self, state: ApiState, name: str) -> None:
-        self._state, self.name = state, name
-        self.heard = threading.Event()
-
-    def offer(self, event: MessageEvent) -> None:
-        """See `Receiver`."""
-        self._state.received(self.name, event)
-        self.heard.set()
