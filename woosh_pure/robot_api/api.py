@@ -65,17 +65,13 @@ class RobotApi:
         change: bool = False,
         timeout: float = 5.0,
     ) -> dict[str, Any]:
-        """Send any request that does not move the robot, and return the answer's body.
+        """Send any request that does not move the robot, and return all fields of the answer.
 
         Args:
             type: "woosh.robot.Battery", or its last words, "Battery", "setting.Sound".
             body: Its fields by their names, as the vendor's manual has them; absent ones have their defaults.
             change: True sends also what changes something: settings (with `AutoCharge` and `AutoPark` the
                 robot starts driving by itself), maps, the robot's pose.
-            timeout: Seconds.
-
-        Returns:
-            All fields of the answer, with their defaults.
 
         Raises:
             ValueError: There is no such request or field, or it changes something and `change` is false.

@@ -69,7 +69,6 @@ class ApiRequests:
     """
 
     def __init__(self, address: ApiAddress, hosts: HostNames | None = None) -> None:
-        self.address = address
         self._uri = make_uri(address.host, address.port)
         headers = {"Content-Type": "application/json"}
         if address.user:
@@ -90,11 +89,6 @@ class ApiRequests:
     ) -> wire.Values:
         """Ask, and return the values of the answer's body, as `wire.load` makes them.
 
-        Args:
-            request: Its type, such as "woosh.robot.Scene".
-            body: Its fields.
-            timeout: Seconds for all steps.
-
         Raises:
             ApiRefused: The robot refused, or wants a name and a password.
             ConnectionLost, RosTimeout: It cannot be reached or does not answer, now or in the last minute.
@@ -104,11 +98,7 @@ class ApiRequests:
         return self.loaded(request, self.ask_raw(request, body, timeout=timeout))
 
     def loaded(self, request: str, answer: object) -> wire.Values:
-        """The values of the answer to a request.
-
-        Raises:
-            RemoteProtocolError: It does not fit.
-        """
+        """The values of the answer to a request; RemoteProtocolError if it does not fit."""
         try:
             return wire.load(wire.requests()[request].answer, answer)
         except CodecError as error:

@@ -17,22 +17,21 @@ import base64
 import json
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from importlib import resources
 from typing import Any, Literal, NamedTuple
 
 from rosproto import json_fields
 from rosproto.errors import CodecError
-from rosproto.json_fields import Expected, shown
+from rosproto.json_fields import Check, Expected, shown, whole
 from rosproto.text import short
 
 PORT = 5480
 MAX_VALUES = 1_000_000
 """Elements of all lists of one body."""
 SUBSCRIPTION = "woosh.Subscription"
-_NUMBER = re.compile(r"-?[0-9]{1,40}(\.[0-9]{1,40})?([eE][-+]?[0-9]{1,3})?")
-_NOT_FINITE = ("NaN", "Infinity", "-Infinity")
+_NUMBER = re.compile(r"-?[0-9]{1,40}(\.[0-9]{1,40})?([eE][-+]?[0-9]{1,3})?|NaN|-?Infinity")
 _MAX_FLOAT = 3.4028235677973362e38  # rounds to the largest number of float32
 
 Values = dict[str, Any]
@@ -205,8 +204,10 @@ class _Loader:
         default, read = _scalar(type_name)
         if default is None:
             return self.message(type_name, value, path)
+        if isinstance(value, str) and type_name not in _TEXTS and _NUMBER.fullmatch(value):
+            value = int(value) if value.removeprefix("-").isdecimal() else float(value)
         try:
-            return read(value)
+            return read(value, 0)
         except Expected as expected:
             raise self.error(f"{shown(value)} given; expected {expected}", path) from None
 
@@ -214,26 +215,13 @@ class _Loader:
 # -- scalars -------------------------------------------------------------------------------------------------
 
 
-def _number(value: Any) -> Any:
-    """The number that a text is; anything else as it is."""
-    if not isinstance(value, str) or not (value in _NOT_FINITE or _NUMBER.fullmatch(value)):
-        return value
-    return int(value) if value.removeprefix("-").isdecimal() else float(value)
-
-
-def _whole(low: int, high: int) -> Callable[[Any], int]:
-    check = json_fields.whole(low, high)
-    return lambda value: check(_number(value), 0)
-
-
-def _real(value: Any) -> float:
-    value = _number(value)
+def _real(value: Any, longest: int) -> float:
     if type(value) is float and not math.isfinite(value):
         return value
-    return json_fields.number(-_MAX_FLOAT, _MAX_FLOAT, "a number within float32")(value, 0)
+    return json_fields.number(-_MAX_FLOAT, _MAX_FLOAT, "a number within float32")(value, longest)
 
 
-def _text(value: Any) -> str:
+def _text(value: Any, longest: int) -> str:
     if not isinstance(value, str):
         raise Expected("a text")
     try:
@@ -243,27 +231,27 @@ def _text(value: Any) -> str:
     return value
 
 
-def _octets(value: Any) -> bytes:
+def _octets(value: Any, longest: int) -> bytes:
     if isinstance(value, bytes):
         return value
     try:
-        text = _text(value).replace("-", "+").replace("_", "/").rstrip("=")
+        text = _text(value, longest).replace("-", "+").replace("_", "/").rstrip("=")
         return base64.b64decode(text + "=" * (-len(text) % 4), validate=True)
     except ValueError:
         raise Expected("bytes as base64") from None
 
 
-Scalar = tuple[Any, Callable[[Any], Any]]
+Scalar = tuple[Any, Check[Any]]
+_TEXTS: dict[str, Scalar] = {"bytes": (b"", _octets), "string": ("", _text)}
 _SCALARS: dict[str, Scalar] = {
-    "bool": (False, lambda value: json_fields.flag(value, 0)),
-    "bytes": (b"", _octets),
+    **_TEXTS,
+    "bool": (False, json_fields.flag),
     "float": (0.0, _real),
-    "string": ("", _text),
-    "int32": (0, _whole(-(2**31), 2**31 - 1)),
-    "uint32": (0, _whole(0, 2**32 - 1)),
-    "fixed32": (0, _whole(0, 2**32 - 1)),
-    "int64": (0, _whole(-(2**63), 2**63 - 1)),
-    "uint64": (0, _whole(0, 2**64 - 1)),
+    "int32": (0, whole(-(2**31), 2**31 - 1)),
+    "uint32": (0, whole(0, 2**32 - 1)),
+    "fixed32": (0, whole(0, 2**32 - 1)),
+    "int64": (0, whole(-(2**63), 2**63 - 1)),
+    "uint64": (0, whole(0, 2**64 - 1)),
 }
 
 
@@ -272,11 +260,9 @@ def _scalar(type_name: str) -> Scalar:
     """Default and reader of a scalar or enum; the default of a message is None."""
     names = _data()["enums"].get(type_name)
     if names is None:
-        return _SCALARS.get(type_name, (None, _number))
-    check = json_fields.whole(-(2**31), 2**31 - 1, f"a number or a name of {type_name}")
-    return 0, lambda value: check(
-        names[value] if isinstance(value, str) and value in names else _number(value), 0
-    )
+        return _SCALARS.get(type_name, (None, _real))
+    check = whole(-(2**31), 2**31 - 1, f"a number or a name of {type_name}")
+    return 0, lambda value, _: check(names.get(value, value) if isinstance(value, str) else value, 0)
 
 
 # -- frames --------------------------------------------------------------------------------------------------
