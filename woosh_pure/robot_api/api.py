@@ -82,9 +82,8 @@ class RobotApi:
         name = request_named(type)
         kind = wire.requests()[name].kind
         if kind == "move":
-            raise MotionRefused(
-                say("{name} moves the robot; use the verbs of Chassis, which know how to stop it", name=name)
-            )
+            text = "{name} moves the robot; use the verbs of Chassis, which know how to stop it"
+            raise MotionRefused(say(text, name=name))
         if kind == "change" and not change:
             raise ValueError(say("{name} changes something on the robot: give change=True", name=name))
         return self._ask(name, body, timeout=timeout)
@@ -258,6 +257,5 @@ def request_named(name: str) -> str:
         return name if name in known else found[0]
     words = {each.rpartition(".")[2]: each for each in known}
     near = found or [words[word] for word in near_names(name.rpartition(".")[2], words)]
-    raise ValueError(
-        say("{name} is not a request of the Robot API; near names: {near}", name=name, near=near or ["none"])
-    )
+    text = "{name} is not a request of the Robot API; near names: {near}"
+    raise ValueError(say(text, name=name, near=near or ["none"]))
