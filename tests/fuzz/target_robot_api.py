@@ -1,18 +1,29 @@
-"""Fuzz target of the Robot API's server: requests of clients, each of which has an answer that JSON can hold."""
+"""Fuzz targets of the Robot API's server: requests of clients, each of which has an answer that JSON can hold."""
 
 from __future__ import annotations
 
+import asyncio
 import json
 from types import SimpleNamespace
 from typing import cast
 
 from rosproto.json_text import JsonError, JsonReader
-from woosh_pure.api_server.session import respond
+from rosproto.json_values import JsonValue
+from woosh_pure.api_server.session import ApiPosts, respond
 from woosh_pure.api_server.state import ApiState
 from woosh_pure.robot_api import wire
 
 READER = JsonReader(200, 20)
-STATE = cast(ApiState, SimpleNamespace(answer=lambda kind, asked: {}))
+
+
+async def read_json(data: bytes) -> list[JsonValue]:
+    return READER.read(data)
+
+
+STATE = cast(
+    ApiState,
+    SimpleNamespace(answer=lambda kind, asked: {}, waits=lambda *_: False, read_json=read_json),
+)
 
 
 def robot_api(data: bytes) -> str:
@@ -36,4 +47,14 @@ def robot_api(data: bytes) -> str:
     return "refused"
 
 
-TARGETS = {"robot_api": robot_api}
+def robot_api_post(data: bytes) -> str:
+    """One request by HTTP: its path, a line break, its body."""
+    path, _, body = data.partition(b"\n")
+    status, text = asyncio.run(ApiPosts(STATE).answer(path.decode("latin-1"), body, "10.0.0.9"))
+    answer = json.loads(text)
+    assert set(answer) == {"type", "body", "ok", "msg"}
+    assert "internal error" not in answer["msg"]
+    return f"{status.value} {answer['ok']}"
+
+
+TARGETS = {"robot_api": robot_api, "robot_api_post": robot_api_post}

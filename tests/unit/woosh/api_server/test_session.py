@@ -74,7 +74,7 @@ def test_a_request_is_answered_whatever_carried_it() -> None:
     state = cast(
         ApiState,
         SimpleNamespace(
-            answer=lambda kind, asked: {"ctrl": 1, "work": 2}, waits=lambda kind: False, read_json=read_json
+            answer=lambda kind, asked: {"ctrl": 1, "work": 2}, waits=lambda *_: False, read_json=read_json
         ),
     )
     answer = {"type": "woosh.robot.Mode", "body": {"ctrl": 1, "work": 2}, "ok": True, "msg": ""}
