@@ -248,8 +248,9 @@ def scenes_of(listed: Body, current: Scene) -> list[Scene]:
 
 def task_of(body: Body) -> TaskRecord:
     """A task of a TaskHistory."""
-    kind, state, texts = TaskType(body["type"]), TaskState(body["state"]), (body["dest"], body["msg"])
-    return TaskRecord(body["robotTaskId"], kind, state, *map(printable, texts), float(body["time"]))
+    kind, state = TaskType(body["type"]), TaskState(body["state"])
+    destination, message = printable(body["dest"]), printable(body["msg"])
+    return TaskRecord(body["robotTaskId"], kind, state, destination, message, float(body["time"]))
 
 
 def event_of(body: Body) -> RobotEvent:
@@ -271,9 +272,12 @@ def statistics_of(answers: Sequence[Body]) -> Statistics:
     days = answers[0].get("operations", {}).get("ops", ())
     driven = [day["mileage"] for day in days if "mileage" in day]
     switched_on = [time for day in days for time in day["buckets"]]
-    sums = (float(sum(max(0, one["end"] - one["start"]) for one in spans)) for spans in (driven, switched_on))
+    metres, seconds = (
+        float(sum(max(0, one["end"] - one["start"]) for one in spans)) for spans in (driven, switched_on)
+    )
     ends = [task["state"] for page in answers for task in page.get("tasks", {}).get("ts", ())]
-    return Statistics(*sums, *(ends.count(state) for state in (1, 2, 3)), answers[0]["abnormalQty"])
+    completed, failed, cancelled = (ends.count(state) for state in (1, 2, 3))
+    return Statistics(metres, seconds, completed, failed, cancelled, answers[0]["abnormalQty"])
 
 
 def identity_of(general: Body, name: str) -> RobotIdentity:
