@@ -117,7 +117,7 @@ def test_the_hint_to_a_wrong_guess_is_said_in_chinese() -> None:
     for guess, words in (
         (lambda: chassis.goto, "；请用 go_to_mark(name)，或 go_to(x, y, yaw)"),
         (lambda: chassis.battery(), "不能调用；请用 .wait(timeout=5)，或 .latest"),
-        (lambda: chassis.battery.percent, "请用 latest.NAME，latest 起初是 None"),
+        (lambda: chassis.battery.percent, "请用 wait(timeout=5).NAME，或 latest.NAME"),
         (lambda: chassis.go_to("A1"), "；请用 go_to(x, y, yaw)，单位米和弧度；标记点用"),
     ):
         with pytest.raises((AttributeError, TypeError)) as caught:
