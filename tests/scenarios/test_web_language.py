@@ -141,7 +141,7 @@ def test_a_page_is_named_in_the_language_of_the_request(web: Served, chassis: Ch
         page.say(t="lease", op="ask")
         page.of("lease", yours=True)
         refused = web.post("goals", {"kind": "move", "distance": 1.0}, headers=CHINESE).json
-        assert refused["detail"].startswith("网页 1（127.0.0.1）正在控制这台机器人")
+        assert refused["detail"].startswith("127.0.0.1 上的网页 1 正在控制这台机器人")
         assert refused["holder"] == name == "page 1 at 127.0.0.1"
         assert web.get("lease", headers=CHINESE).json["holder"] == name
 
