@@ -229,7 +229,7 @@ def test_the_warning_is_read_before_it_is_confirmed(
             page.click("#drive-on")
             assert missed(page, "#warning-title", "#warning-check", "#warning-yes", "#warning .plain") == []
             assert page.evaluate(_HIDDEN_LINES, "#warning .strong") == 0
-            page.locator("#warning p").last.scroll_into_view_if_needed()
+            page.locator("#warning p").last.evaluate("(one) => one.scrollIntoView()")
             assert page.evaluate(_HIDDEN_LINES, "#warning p:last-of-type") == 0
 
 
