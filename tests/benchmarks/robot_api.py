@@ -1,11 +1,13 @@
 """What the Robot API costs: a message of its server beside rosbridge's, and a robot that answers slowly or wrongly.
 
     python -m tests.benchmarks robot_api [--rounds 5] [--requests 2000] [--clients 20] [--seconds 8]
-                                         [--only requests,pushes,start,verbs]
+                                         [--only requests,pushes,crowd,start,verbs]
 
 * requests: processor time of the server for a question with its answer: by POST on a kept connection, by WebSocket,
   and of rosbridge a call of /rosapi/get_time, which its server answers itself.
 * pushes: the pose at 50 Hz to N clients, ten a second to each: processor time of the server for a delivered message.
+* crowd: 2,000 connections at once, of each kind in tests/scenarios/test_robot_api_http.py: memory that the server
+  grew by, and the longest answer to a client by WebSocket and one by HTTP meanwhile.
 * start: until a new `Chassis` has its first pose, with and without `robot_api`, for each kind of robot.
 * verbs: what `stop`, a short `move` with its end, and a second of a drive take, and the processor time of the
   program meanwhile, while `readiness` is asked ten times a second, for each kind of robot.
@@ -21,18 +23,19 @@ import argparse
 import http.client
 import itertools
 import json
+import socket
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 
 from rosproto import Master, Node
 from tests.benchmarks._figures import print_ratio, ratios, spread
 from tests.benchmarks.gateway import Server, during, each, ours
 
-ROWS = ("requests", "pushes", "start", "verbs")
+ROWS = ("requests", "pushes", "crowd", "start", "verbs")
 ROBOTS = ("off", "good", "late", "silent", "endless", "half", "other")
 _SERVER = """
 import sys
@@ -195,6 +198,52 @@ def row_pushes(args: argparse.Namespace) -> None:
     for label, values in found.items():
         print(f"  {label:24} {spread(values)} us of processor time a delivered pose")
     print_ratio("Robot API / rosbridge", ratios(*found.values()), 2.0, more=False)
+
+
+def row_crowd(args: argparse.Namespace) -> None:
+    from tests.scenarios.test_robot_api_http import CROWDS
+
+    for kind, sent in CROWDS.items():
+        grown, longest = [], []
+        for _ in range(args.rounds):
+            with served() as (api, _, _):
+                before = api.status("VmRSS")
+                longest.append(1e3 * _longest_answer(api.url, sent))
+                grown.append((api.status("VmHWM") - before) / 1024)
+        print(f"  {kind:24} {spread(longest)} ms longest answer  {spread(grown)} MB grown")
+
+
+def _longest_answer(url: str, sent: Callable[[int], bytes]) -> float:
+    from websockets.sync.client import connect
+
+    port, over, longest = int(url.rpartition(":")[2]), threading.Event(), [0.0]
+
+    def ask() -> None:
+        with connect(url, compression=None) as client:
+            while not over.wait(0.02):
+                began = time.monotonic()
+                client.send(json.dumps({"type": "woosh.robot.Battery"}))
+                assert json.loads(client.recv(60.0))["ok"]
+                posts = http.client.HTTPConnection("127.0.0.1", port, timeout=60.0)
+                with closing(posts), suppress(ConnectionError, http.client.HTTPException):
+                    posts.request("POST", "/woosh/robot/Battery", "{}")
+                    posts.getresponse().read()
+                longest[0] = max(longest[0], time.monotonic() - began)
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    with ExitStack() as stack:
+        try:
+            for number in range(2000):
+                sock = stack.enter_context(socket.create_connection(("127.0.0.1", port), 60.0))
+                sock.setblocking(False)
+                with suppress(OSError):
+                    sock.sendall(sent(number))
+            time.sleep(1.0)
+        finally:
+            over.set()
+            thread.join()
+    return longest[0]
 
 
 # -- the robot -------------------------------------------------------------------------------------------------
