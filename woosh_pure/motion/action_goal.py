@@ -27,7 +27,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.schema import Row
 from woosh_pure.motion.motion import GoalHandle, Motion
 from woosh_pure.motion.progress import PlannedWay
-from woosh_pure.motion.steps import Step, check_steps, locate_step
+from woosh_pure.motion.steps import Step, check_steps, locate_step, step_goal
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.messages import message_type, require_finite, stamped_pose
 
@@ -461,17 +461,6 @@ class StepHandle(ActionHandle):
 def _in_a_row(steps: Sequence[Step]) -> str:
     texts = [str(step) for step in steps]
     return functools.reduce(lambda a, b: say("{first}, then {second}", first=a, second=b), texts)
-
-
-def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> DynamicMessage:
-    """woosh_msgs/StepControlGoal."""
-    goal = message_type("woosh_msgs/StepControlGoal")()
-    goal.mode, goal.useAvoid = int(mode), avoid
-    step_class = message_type("woosh_msgs/StepControl")
-    goal.stepControl = [
-        step_class(executeMode=int(s.mode), data=s.data, speed=s.highest_speed, angle=s.angle) for s in steps
-    ]
-    return goal
 
 
 def start_steps(

@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from rosproto.codec import DynamicMessage
 from rosproto.coercion import require_number
 from rosproto.sentence import advice, both, say
-from woosh_pure.enums import StepMode
+from woosh_pure.enums import StepControlMode, StepMode
 from woosh_pure.geometry import Velocity
+from woosh_pure.values.messages import message_type
 
 MAX_DISTANCE = 10.0
 """Longest straight, lateral or diagonal step, m (vendor's page)."""
@@ -163,6 +165,17 @@ def locate_step(
         if steps[later].mode == mode:
             return later, reported
     return (index, reported) if mode == steps[index].mode else (index, percent)
+
+
+def step_goal(mode: StepControlMode, steps: Sequence[Step], avoid: bool) -> DynamicMessage:
+    """woosh_msgs/StepControlGoal."""
+    goal = message_type("woosh_msgs/StepControlGoal")()
+    goal.mode, goal.useAvoid = int(mode), avoid
+    step_class = message_type("woosh_msgs/StepControl")
+    goal.stepControl = [
+        step_class(executeMode=int(s.mode), data=s.data, speed=s.highest_speed, angle=s.angle) for s in steps
+    ]
+    return goal
 
 
 def _check(step: Step) -> None:

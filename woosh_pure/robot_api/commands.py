@@ -1,0 +1,281 @@
+"""Commands as ROS 1 and the Robot API have them, as one table of pairs, in both directions. Pure.
+
+`translate.py` has what a robot tells; here is what it is told. A server makes messages of requests, a bridge
+makes requests of messages. What one side cannot express is refused, never left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+from woosh_pure.enums import StepControlMode, StepMode, TaskCommand
+from woosh_pure.geometry import Pose2D
+from woosh_pure.interface.table import row as interface_row
+from woosh_pure.motion.steps import Step, check_steps, step_goal
+from woosh_pure.robot_api import wire
+from woosh_pure.robot_api.translate import ROBOT
+from woosh_pure.robot_api.wire import Values, enum
+from woosh_pure.values.messages import (
+    message_type,
+    pose_of,
+    pose_with_covariance,
+    require_finite,
+    service_type,
+    stamped_pose,
+)
+
+ACTION = "woosh.ros.action."
+CALL, FEEDBACKS = "woosh.ros.CallAction", "woosh.ros.Feedbacks"
+STATES = enum("woosh.ros.State")
+"""Of Feedback, by name."""
+ENDS = {STATES[f"kRos{name}"] for name in ("Success", "Cancel", "Failure", "ExecuteFailed")}
+_MEMBERS = {field.type: field.key for field in wire.fields(CALL)}
+_ORIGIN = {"x": 0.0, "y": 0.0, "theta": 0.0}
+_TEST_API, _TEST_ROS = 4, 5  # the mode "test" of the third lift
+
+
+class Command(NamedTuple):
+    """A request and what says the same on ROS 1.
+
+    Attributes:
+        type_name: The request; for an action the type of its member of CallAction, which Feedback names.
+        row: The topic, service or action.
+        names: Fields that are equal: path in the request, path in the message.
+        poses: Poses in the map, or lists of them, as `names`.
+        fill: Sets the other fields of a message from the values of a request.
+        read: The other values of a request.
+    """
+
+    type_name: str
+    row: str
+    names: Mapping[str, str] = {}
+    poses: Mapping[str, str] = {}
+    fill: Callable[[Values, Any], object] = lambda values, message: None
+    read: Callable[[Any], Values] = lambda message: {}
+
+
+def row_of(type_name: str) -> str:
+    """The topic, service or action that a request, or a member of CallAction, becomes.
+
+    Raises:
+        ValueError: There is none.
+    """
+    if type_name not in _BY_TYPE:
+        raise ValueError(f"{type_name} has no counterpart on ROS 1")
+    return _BY_TYPE[type_name].row
+
+
+def to_ros(type_name: str, values: Values) -> tuple[str, Any]:
+    """What a request is on ROS 1: the topic, service or action, and the message, request or goal for it.
+
+    Args:
+        type_name: The request. ActionOrder names no task: set `task_id` of its message.
+        values: As `wire.load` returns them.
+
+    Raises:
+        ValueError: ROS 1 cannot express it, or it is out of the interface's limits.
+    """
+    type_name, values = member_of(type_name, values)
+    row = interface_row(row_of(type_name))
+    command = _BY_TYPE[type_name]
+    if row.kind == "service":
+        message = service_type(row.type)._request_class()
+    else:
+        message = message_type(row.type if row.kind == "topic" else f"{row.type}Goal")()
+    for path, there in command.names.items():
+        *outer, name = there.split(".")
+        setattr(attrgetter(".".join(outer))(message) if outer else message, name, values[path])
+    for path, there in command.poses.items():
+        given = values.get(path, _ORIGIN)
+        setattr(message, there, [*map(_pose, given)] if isinstance(given, list) else _pose(given))
+    command.fill(values, message)
+    return command.row, require_finite(message, type_name)
+
+
+def to_api(row: str, message: Any) -> tuple[str, Values]:
+    """The request that says what a message, request of a service or goal says on ROS 1.
+
+    Raises:
+        KeyError: Nothing of the Robot API does what this row does.
+        ValueError: The Robot API cannot express this message.
+    """
+    require_finite(message, row)
+    commands = [command for command in COMMANDS if command.row == row]
+    if row == "/exec_task":
+        commands = commands[:1] if message.task_exect == TaskCommand.EXECUTE else commands[1:]
+    if not commands:
+        raise KeyError(row)
+    command = commands[0]
+    values = {path: attrgetter(there)(message) for path, there in command.names.items()}
+    for path, there in command.poses.items():
+        given = getattr(message, there)
+        values[path] = [*map(_read_pose, given)] if isinstance(given, list) else _read_pose(given)
+    values |= command.read(message)
+    member = _MEMBERS.get(command.type_name)
+    return (command.type_name, values) if member is None else (CALL, {member: values})
+
+
+def member_of(type_name: str, values: Values) -> tuple[str, Values]:
+    """The type and values of the one member of a CallAction; anything else as it is.
+
+    Raises:
+        ValueError: It has no member.
+    """
+    if type_name != CALL:
+        return type_name, values
+    for kind, key in _MEMBERS.items():
+        if key in values:
+            return kind, values[key]
+    raise ValueError(f"CallAction is empty; expected one of {', '.join(_MEMBERS.values())}")
+
+
+def told(row: str, part: str, goal: Any, *, done: bool) -> Any:
+    """The result or feedback of an action, as far as a Feedback of the Robot API tells it.
+
+    Args:
+        row: The action.
+        part: "Result" or "Feedback".
+        goal: The goal, whose values a result repeats.
+        done: Whether it succeeded; of a feedback False.
+    """
+    message = message_type(f"{interface_row(row).type}{part}")()
+    source = [goal, *getattr(goal, "stepControl", ())][-1]
+    known = {"result": 1 if done else -1, "feedback": 1, "percent": 100.0 * done}
+    for name in message.__slots__:
+        setattr(message, name, known.get(name, getattr(source, name, getattr(message, name))))
+    return message
+
+
+# -- fields that differ --------------------------------------------------------------------------------------
+
+
+def _pose_2d(values: Values) -> Pose2D:
+    return Pose2D(values["x"], values["y"], values["theta"])
+
+
+def _pose(values: Values) -> Any:
+    return stamped_pose(_pose_2d(values))
+
+
+def _read_pose(stamped: Any) -> Values:
+    pose, frame = stamped.pose, stamped.header.frame_id
+    if frame.lstrip("/") not in ("map", ""):
+        raise ValueError(f"the pose is in {frame!r}; the Robot API needs a pose in the map")
+    found = pose_of(getattr(pose, "pose", pose), "map")  # one with covariance has it one deeper
+    return {"x": found.x, "y": found.y, "theta": found.yaw}
+
+
+def _fill_initial_pose(values: Values, message: Any) -> None:
+    pose = _pose_2d(values.get("pose", _ORIGIN))
+    made = pose_with_covariance(pose, position_deviation=0.25, yaw_deviation=0.26)  # the API has none
+    message.header, message.pose = made.header, made.pose
+
+
+def _fill_task(values: Values, message: Any) -> None:
+    segments = values.get("planPath", {}).get("planPath", [])
+    if len(segments) > 1 or any(one["wormholeId"] for one in segments):
+        raise ValueError("ROS 1 takes a path on one map, as one segment of planPath")
+    path = [pose for one in segments for pose in one.get("path", {}).get("poses", [])]
+    path = path or [one["target"] for one in segments if "target" in one]
+    if bool(values["markNo"]) + ("pose" in values) + bool(path) != 1:
+        raise ValueError("a task needs exactly one of markNo, pose, planPath with poses")
+    if len(values["custom"]) > 1:
+        raise ValueError("custom: ROS 1 takes one byte at most")
+    message.task_exect = int(TaskCommand.EXECUTE)
+    message.poses = [_pose(pose) for pose in path or [values[key] for key in ("pose",) if key in values]]
+    message.custom = int.from_bytes(values["custom"], "big", signed=True)
+
+
+def _read_task(message: Any) -> Values:
+    poses = [_read_pose(pose) for pose in message.poses]
+    if poses and message.mark_no:
+        raise ValueError("the Robot API takes a mark or a path, not both")
+    found: Values = {"custom": bytes([message.custom & 0xFF]) if message.custom else b""}
+    if len(poses) == 1:
+        found["pose"] = poses[0]
+    elif poses:
+        found["planPath"] = {"planPath": [{"path": {"poses": poses}}]}
+    return found
+
+
+def _check_order(values: Values, message: Any) -> None:
+    if not 2 <= values["order"] <= 8:
+        raise ValueError(f"order {values['order']}: expected 2 to 8")
+
+
+def _fill_steps(values: Values, message: Any) -> None:
+    steps = [Step(StepMode(s["mode"]), s["value"], s["speed"], s["angle"]) for s in values["steps"]]
+    mode = StepControlMode(values["action"])
+    if mode is StepControlMode.EXECUTE:
+        check_steps(steps)
+    message.stepControl = step_goal(mode, steps, avoid=True).stepControl
+    message.useAvoid = values["avoid"] == 0
+
+
+def _read_steps(message: Any) -> Values:
+    names = {"mode": "executeMode", "value": "data", "speed": "speed", "angle": "angle"}
+    steps = [{key: getattr(step, name) for key, name in names.items()} for step in message.stepControl]
+    return {"steps": steps, "avoid": 0 if message.useAvoid else 1}
+
+
+def _fill_navigation(values: Values, message: Any) -> None:
+    if values["action"] != StepControlMode.EXECUTE:
+        raise ValueError("a goal of /move_base cannot be paused on ROS 1; cancel it and send it again")
+    if "targetPose" not in values and not values["poses"]:
+        raise ValueError("moveBase needs targetPose or poses")
+    if "targetPose" not in values:
+        message.target_pose = message.poses[-1]
+
+
+def _fill_lift(values: Values, message: Any) -> None:
+    mode = values["executeMode"]
+    message.execmode = _TEST_ROS if mode == _TEST_API else mode
+
+
+def _read_lift(message: Any) -> Values:
+    return {"executeMode": _TEST_API if message.execmode == _TEST_ROS else message.execmode}
+
+
+_TWIST = {"linear": "linear.x", "linearY": "linear.y", "angular": "angular.z"}
+_TASK = {
+    "taskId": "task_id", "type": "task_type", "direction": "direction", "taskTypeNo": "task_type_no",
+    "markNo": "mark_no",
+}  # fmt: skip
+_NAVIGATION = {
+    "id": "id", "mode": "navigation_mode", "waitTime": "waiting_timeout", "maxSpeed": "max_speed",
+    "permittedPassage": "permitted_passage", "capacity": "capacity",
+}  # fmt: skip
+_MODE, _HEIGHT = {"action": "mode"}, {"height": "height", "action": "mode"}
+
+COMMANDS = (
+    *(Command(ROBOT + "Twist", f"/{name}_cmd_vel", _TWIST) for name in ("smooth", "base", "key")),
+    Command(ROBOT + "ExecTask", "/exec_task", _TASK, {}, _fill_task, _read_task),
+    Command(ROBOT + "ActionOrder", "/exec_task", {"order": "task_exect"}, {}, _check_order),
+    Command(
+        ROBOT + "PlanNavPath", "/move_base/make_plan", {"tolerance": "tolerance"},
+        {"start": "start", "end": "goal"},
+    ),
+    Command(
+        ROBOT + "SetRobotPose", "/initialpose", {}, {}, _fill_initial_pose, lambda m: {"pose": _read_pose(m)}
+    ),
+    Command(ROBOT + "InitRobot", "/woosh_init", read=lambda m: {"isRecord": True}),
+    Command(ROBOT + "Speak", "/voice_synthesis", {"text": "data"}),
+    Command(
+        ROBOT + "LED", "/rgbled", {n: n for n in ("submodule", "urgency", "abnormal", "normal", "color")}
+    ),
+    Command(ACTION + "StepControl", "/cmd_vel_control", _MODE, {}, _fill_steps, _read_steps),
+    Command(
+        ACTION + "MoveBase", "/move_base", {"executionMode": "execution_mode"},
+        {"poses": "poses", "targetPose": "target_pose"}, _fill_navigation, lambda m: {"action": 1},
+    ),
+    Command(ACTION + "NavigationMode", "/navigation_mode", _NAVIGATION),
+    Command(ACTION + "LiftControl", "/lift_control", {"executeMode": "executeMode", **_MODE}),
+    Command(ACTION + "LiftControl2", "/lift_control2", _HEIGHT),
+    Command(
+        ACTION + "LiftControl3", "/lift_control3", {"speed": "speed", **_HEIGHT}, {}, _fill_lift, _read_lift
+    ),
+)  # fmt: skip
+"""Of a type, the first is what a request becomes. The charge control of ROS 1 means something else."""
+_BY_TYPE = {command.type_name: command for command in reversed(COMMANDS)}
