@@ -19,7 +19,7 @@ from rosproto.names import canonicalize
 from rosproto.sentence import both, say
 from rosproto.text import short
 
-Kind = Literal["topic", "service", "parameter", "action", "node"]
+Kind = Literal["topic", "service", "parameter", "action", "node", "api"]
 
 _WRITING: dict[Kind, str] = {
     "topic": "publishing on",
@@ -27,6 +27,7 @@ _WRITING: dict[Kind, str] = {
     "parameter": "setting",
     "action": "sending goals to or cancelling",
     "node": "changing",
+    "api": "requesting",
 }
 _PREFIXES: dict[str, Kind] = {**{kind: kind for kind in _WRITING}, "param": "parameter"}
 ACTION_PARTS = frozenset(("cancel", "feedback", "goal", "result", "status"))
@@ -69,9 +70,10 @@ class Access:
     """Decides for each name whether clients of a gateway may read or write it.
 
     A pattern is a name with `*`, `?` and `[...]` as in a shell, except that `*` also matches slashes. It
-    applies to everything of that name, or, with the prefix `topic:`, `service:`, `action:`, `param:` or
-    `node:`, to that kind only. An action is named without its topics; a client that may send goals to
-    `/move_base` may also do so by publishing on `/move_base/goal` and `/move_base/cancel`.
+    applies to everything of that name, or, with the prefix `topic:`, `service:`, `action:`, `param:`, `node:`
+    or `api:` (a command of another protocol, as `api:Twist`), to that kind only. An action is named without
+    its topics; a client that may send goals to `/move_base` may also do so by publishing on
+    `/move_base/goal` and `/move_base/cancel`.
 
     A pattern of `deny` also covers everything below a name: `/walk` hides `/walk/goal`, and `/` everything.
     An action and its five topics are hidden together. `allow` and `write` open only what they match.
@@ -158,7 +160,8 @@ class Access:
             return refused
         if kind == "service" and type in _ONLY_ANSWER:
             return None
-        doing = f"{_WRITING[kind]} {kind} {short(name, _SHOWN)}"
+        shown = short(name.lstrip("/") if kind == "api" else name, _SHOWN)
+        doing = f"{_WRITING[kind]} {kind} {shown}"
         if self.read_only:
             return Refusal(kind, name, f"{doing} is refused: this gateway is read only (--read-only)")
         if self._written.match(kind, name) or (
@@ -172,7 +175,7 @@ class Access:
             kind,
             name,
             f"{doing} is refused: nothing is written through this gateway unless a pattern opens it;"
-            f" start it with --allow-write {prefix}:{short(name, _SHOWN)}",
+            f" start it with --allow-write {prefix}:{shown}",
         )
 
     def _hidden(self, kind: Kind, name: str) -> Refusal | None:
@@ -233,7 +236,7 @@ def _parsed(pattern: str) -> tuple[tuple[str, ...], str]:
     if colon:
         if prefix not in _PREFIXES:
             wrong = say("pattern {pattern!r}: {kind!r} is not a kind", pattern=pattern, kind=prefix)
-            raise ValueError(both(wrong, "one of topic, service, action, param, node"))
+            raise ValueError(both(wrong, "one of topic, service, action, param, node, api"))
         kinds, pattern = (_PREFIXES[prefix],), rest
     if not pattern:
         raise ValueError("a pattern is empty; * matches everything")

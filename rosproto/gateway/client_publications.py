@@ -91,12 +91,15 @@ class ClientPublication:
         self.message_class: type[Message] = publisher.message_class
         self.closed = False
 
-    def publish(self, message: Message | bytes, received: float | None = None) -> None:
+    def publish(
+        self, message: Message | bytes, received: float | None = None, client: Hashable | None = None
+    ) -> None:
         """Publish a message or its encoded bytes; never waits for a subscriber.
 
         Args:
             message: The message.
             received: When it came, by `time.monotonic()`; None means now.
+            client: Whose velocity it is, where several clients share this; None means `self.client`.
 
         Raises:
             CodecError: A value does not fit its field.
@@ -108,7 +111,7 @@ class ClientPublication:
             if self._early.publish(message):
                 return
             self._early = None
-        self._owner.velocity_watchdog.publish(self.client, self._publisher, message, received)
+        self._owner.velocity_watchdog.publish(client or self.client, self._publisher, message, received)
 
     def close(self) -> None:
         """Stop publishing; if the client drove there, zero follows. May be called again."""

@@ -38,6 +38,10 @@ def test_everything_is_read_and_nothing_written_at_first() -> None:
         ("service:/a", "service", "/a", True),
         ("param:/a", "parameter", "/a", True),
         ("parameter:a", "parameter", "/a", True),
+        ("api:Twist", "api", "Twist", True),
+        ("api:Twist", "topic", "/Twist", False),
+        ("api:*", "api", "ExecTask", True),
+        ("topic:*", "api", "Twist", False),
         ("action:/move_base", "action", "/move_base", True),
         ("action:/move_base", "topic", "/move_base/goal", True),
         ("action:/move_base", "topic", "/move_base/cancel", True),
@@ -50,6 +54,14 @@ def test_patterns(pattern: str, kind: str, name: str, opens: bool) -> None:
     """What a pattern of `write` opens, and what it does not."""
     assert (Access(write=[pattern]).may_write(kind, name) is None) is opens  # type: ignore[arg-type]
     assert Access(write=[pattern], read_only=True).may_write(kind, name) is not None  # type: ignore[arg-type]
+
+
+def test_the_command_of_another_protocol_is_named_as_it_is_there() -> None:
+    """In the option as well: it is not a name of the graph."""
+    refused = Access().may_write("api", "Twist")
+    assert refused is not None
+    assert "requesting api Twist is refused" in refused.text
+    assert refused.text.endswith("--allow-write api:Twist")
 
 
 def test_deny_wins_and_allow_limits() -> None:
