@@ -7,11 +7,13 @@ import json
 from types import SimpleNamespace
 from typing import cast
 
+from rosproto.codec import encode
 from rosproto.json_text import JsonError, JsonReader
 from rosproto.json_values import JsonValue
 from woosh_pure.api_server.session import ApiPosts, respond
 from woosh_pure.api_server.state import ApiState
 from woosh_pure.robot_api import wire
+from woosh_pure.robot_api.commands import to_ros
 
 READER = JsonReader(200, 20)
 
@@ -20,9 +22,20 @@ async def read_json(data: bytes) -> list[JsonValue]:
     return READER.read(data)
 
 
+def do(client: object, kind: str, asked: wire.Values, received: float) -> wire.Values:
+    """A command becomes a message of ROS 1, or is refused."""
+    encode(to_ros(kind, asked)[1])
+    return {}
+
+
 STATE = cast(
     ApiState,
-    SimpleNamespace(answer=lambda kind, asked: {}, waits=lambda *_: False, read_json=read_json),
+    SimpleNamespace(
+        answer=lambda kind, asked: {},
+        waits=lambda *_: False,
+        read_json=read_json,
+        commands=SimpleNamespace(do=do),
+    ),
 )
 
 

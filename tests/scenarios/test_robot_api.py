@@ -96,29 +96,33 @@ def test_a_first_client_sees_everything(client: ApiClient, world: World) -> None
     } <= set(info)
 
 
-@pytest.mark.promise("a client of the Robot API (`woosh sim --robot-api`) asks for a motion or a change")
+CLOSED = "a client of the Robot API asks for a motion or a change that is not opened"
+
+
+@pytest.mark.promise(CLOSED)
 @pytest.mark.parametrize("kind", sorted(name for name, one in wire.requests().items() if one.kind != "read"))
 def test_what_moves_or_changes_something_is_refused(client: ApiClient, world: World, kind: str) -> None:
     """Every request that is not a read: `ok` is false, and nothing is published, called or sent as a goal."""
     names = {field.key for field in wire.fields(kind)}
-    body = {
-        key: value
-        for key, value in {"linear": 0.5, "taskId": 5, "type": 1, "pose": {"x": 3.0}}.items()
-        if key in names
-    }
+    given = {
+        "linear": 0.5, "taskId": 5, "pose": {"x": 3.0}, "stepControl": {"steps": [{"mode": 1}], "action": 1},
+    }  # fmt: skip
+    body = {key: value for key, value in given.items() if key in names}
     got = client.answer({"type": kind, "body": body, "sn": 3})
     assert (got["type"], got["ok"], got["body"], got["sn"]) == (kind, False, {}, 3)
-    assert "only answers questions" in got["msg"]
+    assert "is refused: " in got["msg"]
     with world.sim.lock:
         assert world.sim.world.motion is None
         assert world.sim.world.body.velocity.is_standing(0.0, 0.0)
 
 
-@pytest.mark.promise("a client of the Robot API (`woosh sim --robot-api`) asks for a motion or a change")
+@pytest.mark.promise(CLOSED)
 def test_the_node_of_the_server_writes_nothing(client: ApiClient, world: World) -> None:
-    """Whatever was asked: it publishes on no topic of the robot."""
+    """Whatever was asked, a zero and a cancel as well: it publishes on no topic of the robot."""
     for kind in wire.requests():
         client.answer({"type": kind})
+    client.answer({"type": "woosh.ros.CallAction", "body": {"stepControl": {}}})
+    client.answer({"type": "woosh.robot.ActionOrder", "body": {"order": 4}})
     node = world.server.node
     published = node.master.get_system_state().publishers
     assert [topic for topic, names in published.items() if node.name in names] == []

@@ -36,6 +36,10 @@ class ApiClient:
     ) -> None:
         self._stack.__exit__(kind, error, trace)
 
+    def close_socket(self) -> None:
+        """End the connection without a word."""
+        self._socket.close_socket()
+
     def send(self, frame: object) -> None:
         """Send a frame; a text or bytes as they are."""
         self._socket.send(frame if isinstance(frame, (str, bytes)) else json.dumps(frame))

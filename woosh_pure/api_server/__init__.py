@@ -1,6 +1,6 @@
 """A server of the Robot API on a node: `RobotApiServer(node, site=simulated_site(sim))`.
 
-It moves nothing: only read requests and subscriptions are answered.
+Read requests and subscriptions are answered; commands only where `Access(write=["api:*"])` opens them.
 """
 
 from __future__ import annotations

@@ -5,6 +5,8 @@ subscriptions. `ApiPosts`: requests by HTTP. `respond` answers both.
 from __future__ import annotations
 
 import json
+import threading
+import time
 from collections.abc import Hashable
 from functools import partial
 from http import HTTPStatus
@@ -15,7 +17,7 @@ from rosproto.gateway import ClientChannel, Refused
 from rosproto.json_fields import shown
 from rosproto.logs import get_logger
 from rosproto.text import short
-from woosh_pure.api_server.state import SCANNER, ApiState
+from woosh_pure.api_server.state import SCANNER, ApiState, is_command
 from woosh_pure.robot_api import wire
 from woosh_pure.robot_api.wire import Values
 
@@ -25,7 +27,7 @@ MAX_TYPE = 200  # characters of a type that are repeated
 _SN_BITS = 63
 
 
-def respond(state: ApiState, frame: object, client: Hashable) -> Values:
+def respond(state: ApiState, frame: object, client: Hashable, received: float | None = None) -> Values:
     """Answer one request; the answer has its number. May wait for the robot, see `ApiState.waits`.
 
     Args:
@@ -33,6 +35,7 @@ def respond(state: ApiState, frame: object, client: Hashable) -> Values:
         frame: Decoded JSON: `{"type", "body", "sn"}`.
         client: Who asks: the session of a WebSocket, or the IP address of the clients by HTTP there, which
             have no connection that ends with them.
+        received: When it came, by `time.monotonic()`; None means now.
     """
     if not isinstance(frame, dict):
         return wire.answer("", ok=False, msg=f"the message is {shown(frame)}; expected an object")
@@ -47,10 +50,12 @@ def respond(state: ApiState, frame: object, client: Hashable) -> Values:
         request = wire.requests().get(type_name)
         if request is None:
             raise Refused(f"{short(type_name)!r} is not a request of the Robot API")
-        if request.kind != "read":
-            raise Refused(f"{type_name} is refused: this server only answers questions, and nothing was done")
-        values = state.answer(type_name, wire.load(type_name, frame.get("body")))
-        return wire.answer(request.answer, values, sn=sn)
+        asked = wire.load(type_name, frame.get("body"))
+        if is_command(type_name):
+            values = state.commands.do(client, type_name, asked, received or time.monotonic())
+        else:
+            values = state.answer(type_name, asked)
+        return wire.answer(request.answer, None if request.empty else values, sn=sn)
     except (Refused, RosError, ValueError) as problem:
         return wire.answer(known, ok=False, msg=str(problem), sn=sn)
     except Exception:
@@ -61,9 +66,10 @@ def respond(state: ApiState, frame: object, client: Hashable) -> Values:
 async def _answer(state: ApiState, frame: object, client: Hashable) -> Values:
     """`respond`, in a thread where it may wait; called in the server's loop."""
     type_name = frame.get("type") if isinstance(frame, dict) else None
-    if isinstance(type_name, str) and state.waits(type_name):
-        return await state.pool.run(partial(respond, state, frame, client))
-    return respond(state, frame, client)
+    work = partial(respond, state, frame, client, time.monotonic())
+    if isinstance(type_name, str) and state.waits(type_name, client):
+        return await state.pool.run(work, always=is_command(type_name))
+    return work()
 
 
 class ApiPosts:
@@ -106,6 +112,7 @@ class ApiSession:
         self.topics: frozenset[str] = frozenset()
         self._state = state
         self._pushed: dict[str, str] = {}
+        self._free = threading.Semaphore(state.limits.calls_per_client)
 
     @property
     def max_message_bytes(self) -> int:
@@ -124,6 +131,9 @@ class ApiSession:
         type_name = frame.get("type") if isinstance(frame, dict) else None
         if isinstance(frame, dict) and type_name == wire.SUBSCRIPTION:
             await state.pool.run(partial(self._subscribe, frame))
+        elif self._is_slow(type_name) and self._free.acquire(blocking=False):
+            # The next message is read meanwhile: it may be a stop.
+            state.pool.spawn(partial(self._reply, frame, time.monotonic()))
         else:
             self._send(await _answer(state, frame, self))
 
@@ -155,12 +165,26 @@ class ApiSession:
         self._pushed.pop(type_name, None)
         self.channel.outbox.forget(type_name)
 
+    def _is_slow(self, type_name: object) -> bool:
+        is_one = isinstance(type_name, str) and is_command(type_name)
+        return is_one and self._state.waits(str(type_name), self)
+
+    def _reply(self, frame: object, received: float) -> None:
+        try:
+            self._send(respond(self._state, frame, self, received))
+        finally:
+            self._free.release()
+
     def _send(self, frame: Values) -> None:
         self.channel.answer((json.dumps(frame),))
 
     def ended(self) -> None:
         """The client has gone."""
+        self._state.commands.gone(self)
         self._state.subscribe(self, self.topics, sub=False)
+
+    def __str__(self) -> str:
+        return self.channel.peer.rpartition(":")[0]
 
     def __repr__(self) -> str:
         return f"<ApiSession of {self.channel.peer}, {len(self.topics)} topics>"

@@ -11,7 +11,7 @@ import json
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from contextlib import closing
 from typing import TYPE_CHECKING
 
@@ -20,16 +20,21 @@ from rosproto.gateway import Access, GatewayLimits, GatewayState, MessageEvent, 
 from rosproto.logs import get_logger
 from rosproto.node import Node
 from rosproto.sentence import shown
+from rosproto.watchdog import Watchdog
+from woosh_pure.api_server.commands import Commands
 from woosh_pure.api_server.site import RobotSite
 from woosh_pure.enums import TaskState
 from woosh_pure.faults import ActiveFaults, FaultLevel
 from woosh_pure.firmware.versions import firmware
-from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.table import row as interface_row
+from woosh_pure.lease import ChassisLease
+from woosh_pure.motion.steps import MAX_SPEED, MAX_TURN_RATE
 from woosh_pure.robot_api import wire
+from woosh_pure.robot_api.commands import to_ros
 from woosh_pure.robot_api.translate import COUNT, PAIRS, ROBOT, operation_state, path_driven, to_api
 from woosh_pure.robot_api.wire import Values
-from woosh_pure.values.messages import message_type, require_finite, stamped_pose
+from woosh_pure.values.messages import message_type
+from woosh_pure.velocity.shaper import DriveLimits
 
 if TYPE_CHECKING:
     from woosh_pure.api_server.session import ApiSession
@@ -38,15 +43,17 @@ _log = get_logger("woosh_pure.api_server")
 
 SCAN, SCANNER = "/scan", ROBOT + "ScannerData"
 EVENT = COUNT + "StatusCode"
-TYPES = {pair.row: interface_row(pair.row).type for pair in PAIRS}
+PARAMETERS = "/driver_base/parameter"
+TYPES = {row: interface_row(row).type for row in (*(pair.row for pair in PAIRS), PARAMETERS)}
 ROWS = tuple(row for row in TYPES if row != SCAN)
 OPTIONAL = {"/odometer", "/move_base/global_plan"}  # a type is known without these rows
-SILENT = {"/move_base/global_plan", "/status_code"}  # nothing comes while nothing happens
+SILENT = {"/move_base/global_plan", "/status_code", PARAMETERS}  # not waited for at the start
 AGING = {"/movebase_pose2d", "/odom_twist"}  # sent all the time, so an old one is not the present one
 MAX_AGE = 5.0
 START_SECONDS = 1.5  # that the start waits for each topic's first message: a first client sees them all
 SCAN_SECONDS = 2.0  # that a request waits for a scan
 PLAN_SECONDS = 5.0
+MAX_LINEAR, MAX_ANGULAR = 1.0, 1.0  # m/s, rad/s, where the chassis tells no limits
 KEPT = 50  # events and tasks
 PERIODS = {ROBOT + "PoseSpeed": 0.1, SCANNER: 0.2}
 """Seconds between two pushes of a type; the others are pushed with each change."""
@@ -57,6 +64,14 @@ for _name in ("OperationState", "NavPath", "DeviceState", "HardwareState"):
     CHANGED_BY["/status_code"].add(ROBOT + _name)
 CHANGED_BY["/status_code"].add(COUNT + "AbnormalCodes")
 CHANGED_BY["/odom_twist"].add(ROBOT + "NavPath")
+
+
+def is_command(type_name: str) -> bool:
+    """Whether a request does more than read."""
+    request = wire.requests().get(type_name)
+    return request is not None and request.kind != "read"
+
+
 SECTIONS = {one.key: one.type for one in wire.fields(ROBOT + "RobotInfo") if one.type in wire.messages()}
 """Of RobotInfo; its `state` is a number."""
 
@@ -65,17 +80,29 @@ class ApiState(GatewayState):
     """What the sessions of one server share.
 
     Args:
-        node: Subscribes to the robot's topics.
-        limits: Bounds for a client.
+        node, access, limits, watchdog: See `GatewayState`.
         robot_id: The number of the robot in answers and pushes.
         site: What the topics do not tell; None leaves it not known.
+        lease, share: See `Commands`.
 
     Raises:
         RosError: The topics cannot be subscribed.
     """
 
-    def __init__(self, node: Node, limits: GatewayLimits, robot_id: int, site: RobotSite | None) -> None:
-        super().__init__(node, "robot-api", Access(read_only=True), limits, None)
+    def __init__(
+        self,
+        node: Node,
+        access: Access,
+        limits: GatewayLimits,
+        watchdog: Watchdog | None,
+        robot_id: int,
+        site: RobotSite | None,
+        lease: ChassisLease | None,
+        *,
+        share: bool,
+    ) -> None:
+        super().__init__(node, "robot-api", access, limits, watchdog)
+        self.commands = Commands(self, lease, share=share)
         self._robot_id = robot_id
         self._site = site
         self._answers: dict[str, Callable[[Values], Values]] = {
@@ -114,6 +141,7 @@ class ApiState(GatewayState):
         with self._news:
             self._ended = True
             self._news.notify_all()
+        self.commands.close()
         self._pusher.join(timeout)
         super().close(timeout)
 
@@ -153,10 +181,15 @@ class ApiState(GatewayState):
         self._active[code.code] = event
         active = {fault.code for fault in self._faults.active}
         self._active = {number: kept for number, kept in self._active.items() if number in active}
-        text = self._text(EVENT, event)
-        for session in self._sessions:
-            if EVENT in session.topics:
-                session.channel.outbox.put(EVENT, len(text), text)
+        self.push_event(EVENT, event)
+
+    def push_event(self, type_name: str, values: Values) -> None:
+        """Push what happened to the clients that subscribe to its type; nothing of it is left out."""
+        text = self._text(type_name, values)
+        with self._news:
+            for session in self._sessions:
+                if type_name in session.topics:
+                    session.channel.outbox.put(type_name, len(text), text)
 
     def _keep_task(self, task: Values) -> None:
         over = TaskState(task["state"]).is_final and task["robotTaskId"]
@@ -183,9 +216,27 @@ class ApiState(GatewayState):
             raise Refused(f"{type_name} is not known here: no topic of the robot tells it, or none was heard")
         return self._identified(type_name, values)
 
-    def waits(self, type_name: str) -> bool:
-        """Whether `answer` may take long, so that it needs a thread."""
-        return type_name in self._answers
+    def waits(self, type_name: str, client: Hashable) -> bool:
+        """Whether a request of a client may take long, so that it needs a thread."""
+        return type_name in self._answers or (
+            is_command(type_name) and self.commands.waits(type_name, client)
+        )
+
+    def known(self, type_name: str) -> Values | None:
+        """The present values of a type, as topics tell them; None if they are not known."""
+        with self._news:
+            return self._known(type_name, {})
+
+    def drive_limits(self) -> DriveLimits:
+        """Speeds that the chassis tells, or the usual ones."""
+        event, linear, angular = self._latest.get(PARAMETERS), 0.0, 0.0
+        if event is not None:
+            told = firmware().convert(event.message, message_type(event.type_name))
+            linear, angular = told.maxLinear, told.maxAngular
+        return DriveLimits(
+            linear if 0.0 < linear <= MAX_SPEED else MAX_LINEAR,
+            angular if 0.0 < angular <= MAX_TURN_RATE else MAX_ANGULAR,
+        )
 
     def _facts(self) -> Mapping[str, Values]:
         """What the site tells. Called without the lock, because the site has its own."""
@@ -251,14 +302,10 @@ class ApiState(GatewayState):
 
     def _plan(self, asked: Values) -> Values:
         """Ask the navigation for a path; nothing is driven."""
-        ends = {}
-        for key, name in (("start", "start"), ("end", "goal")):
-            pose = asked.get(key, {"x": 0.0, "y": 0.0, "theta": 0.0})
-            ends[name] = stamped_pose(Pose2D(pose["x"], pose["y"], pose["theta"]).require_sensible())
-        tolerance = require_finite(asked["tolerance"], "tolerance")
-        client = self.node.service_client("/move_base/make_plan", "nav_msgs/GetPlan")
+        row, request = to_ros(ROBOT + "PlanNavPath", asked)
+        client = self.node.service_client(row, interface_row(row).type)
         with self.waiting(), client:
-            response = client.call(timeout=PLAN_SECONDS, tolerance=tolerance, **ends)
+            response = client.call(request, PLAN_SECONDS)
         return to_api("/move_base/global_plan", response.plan)[ROBOT + "NavPath"]
 
     # -- clients --------------------------------------------------------------------------------------------

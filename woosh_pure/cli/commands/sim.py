@@ -80,7 +80,7 @@ def add_sim(parser: ArgumentParser) -> None:
         nargs="?",
         const=5480,
         metavar="PORT",
-        help="also answer read requests of the Robot API, on this computer only (5480; 0: any)",
+        help="also answer the Robot API, commands too, on this computer only (5480; 0: any)",
     )
     add_token(parser, "WOOSH_WEB_TOKEN", "what everybody has to know for the page; needed off this computer")
     parser.add_argument("--speed", type=positive, default=1.0, help="simulated seconds per second")
@@ -171,7 +171,7 @@ def run_sim(args: Namespace, out: Output) -> None:
             )
             out.line(text if args.robots == 1 else led(name, text))
             if name in apis:
-                text = say("Robot API, read requests only: {url}", url=apis[name])
+                text = say("Robot API: {url}", url=apis[name])
                 out.line(text if args.robots == 1 else led(name, text))
         if args.firmware != "1.1.4":
             out.line("its messages are those of firmware {firmware}", firmware=args.firmware)
@@ -219,6 +219,7 @@ def _start(sim: SimulatedChassis, stack: ExitStack) -> None:
 def _serve_api(sims: Mapping[str, SimulatedChassis], args: Namespace, stack: ExitStack) -> dict[str, str]:
     """Serve the Robot API of each robot, on ports in a row; return the addresses."""
     from rosproto import Node
+    from rosproto.gateway import Access
     from woosh_pure.api_server import RobotApiServer, simulated_site
 
     urls = {}
@@ -228,7 +229,10 @@ def _serve_api(sims: Mapping[str, SimulatedChassis], args: Namespace, stack: Exi
         )
         port, site = args.robot_api and args.robot_api + number - 1, simulated_site(sim, number)
         try:
-            server = stack.enter_context(RobotApiServer(node, port=port, robot_id=number, site=site))
+            server = RobotApiServer(
+                node, port=port, access=Access(write=["api:*"]), robot_id=number, site=site
+            )
+            stack.enter_context(server)
         except ConnectionLost as error:
             raise ChassisError(cannot_listen(error, "--bind", "--robot-api")) from error
         urls[name] = server.url

@@ -30,7 +30,8 @@ def session() -> ApiSession:
     """Its channel is never emptied."""
     nothing: Any = lambda *_: None  # noqa: E731
     made = ApiSession(
-        cast(ApiState, SimpleNamespace()), ClientChannel("peer", GatewayLimits(), nothing, nothing, nothing)
+        cast(ApiState, SimpleNamespace(limits=GatewayLimits())),
+        ClientChannel("peer", GatewayLimits(), nothing, nothing, nothing),
     )
     made.topics = frozenset({POSE, SCANNER})
     return made
