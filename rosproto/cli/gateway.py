@@ -27,11 +27,11 @@ from rosproto.sentence import say
 if TYPE_CHECKING:
     import ssl
 
-    from rosproto.gateway import Access, Foxglove, GatewayLimits, Rosbridge
+    from rosproto.gateway import Access, Foxglove, GatewayLimits, GatewayServer, Rosbridge
     from rosproto.node import Node
     from rosproto.watchdog import Watchdog
 
-S = TypeVar("S", "Foxglove", "Rosbridge")
+S = TypeVar("S", bound="GatewayServer")
 TOKEN_VARIABLE = "ROSPROTO_TOKEN"
 SPARE_FILES = 200  # for the graph, beside the clients and the connections that are not admitted yet
 STEP = 0.5  # s; Windows delivers no Ctrl-C during an endless wait
@@ -94,8 +94,13 @@ def _bridge(arguments: argparse.Namespace) -> None:
 
 
 def _announced(server: Rosbridge, options: ServerOptions, token: str | None) -> list[str]:
+    return [serving_line("rosbridge", server, options, token)]
+
+
+def serving_line(name: str, server: GatewayServer, options: ServerOptions, token: str | None) -> str:
+    """Return the first line at the start: the address and the open names; for the token see `shown_token`."""
     url, opened = _url(server, options, token), _opened(options["access"])
-    return [say("Serving rosbridge at {url} ({opened})", url=url, opened=opened)]
+    return say("Serving {name} at {url} ({opened})", name=name, url=url, opened=opened)
 
 
 def add_foxglove_arguments(parser: argparse.ArgumentParser) -> None:
@@ -157,7 +162,7 @@ def shown_token(arguments: argparse.Namespace, options: ServerOptions) -> str | 
     return None if arguments.token_file is not None or kept else options["token"]
 
 
-def _url(server: Foxglove | Rosbridge, options: ServerOptions, token: str | None) -> str:
+def _url(server: GatewayServer, options: ServerOptions, token: str | None) -> str:
     shown = "..." if token is None else quote(token, safe="")
     return server.url + (f"/?token={shown}" if options["token"] is not None else "")
 
@@ -180,7 +185,7 @@ def announced(server: Foxglove, options: ServerOptions, token: str | None) -> li
         text = "Foxglove's page may not connect where writing is open: add --token T, or --origin {origin}"
         web = say(text, origin=WEB)
     return [
-        say("Serving Foxglove at {url} ({opened})", url=url, opened=_opened(options["access"])),
+        serving_line("Foxglove", server, options, token),
         web,
         say("In Foxglove or Lichtblick: Open connection, Foxglove WebSocket, and that address"),
     ]

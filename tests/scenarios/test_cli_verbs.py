@@ -277,6 +277,7 @@ TESTED_ELSEWHERE = {
         "selftest",
         "web",
         "foxglove",
+        "robot-api",
         "vda5050",
     )
 }

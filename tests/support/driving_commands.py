@@ -156,6 +156,16 @@ def _viewer(*command: str) -> Callable[..., int]:
     return start
 
 
+def _robot_api(stack: ExitStack, sim: SimulatedChassis, folder: Path, *options: str) -> int:
+    from tests.support.robot_api import ApiClient
+
+    words = ("robot-api", "--master", sim.master_uri, "--port", "0", "--allow-write", "api:Twist", *options)
+    process = _process(stack, "-m", "woosh_pure", *words)
+    client = stack.enter_context(ApiClient(_line(process, r"(ws://\S+)")))
+    _again(stack, lambda: client.answer({"type": "woosh.robot.Twist", "body": {"linear": SPEED}}))
+    return process.pid
+
+
 def _vda5050(stack: ExitStack, sim: SimulatedChassis, folder: Path, *options: str) -> int:
     from tests.support.fleet_master import Master, order_over
     from tests.support.mosquitto import mosquitto
@@ -176,6 +186,7 @@ COMMANDS: dict[str, Callable[..., int]] = {
     "rosproto bridge": _bridge,
     "rosproto foxglove": _viewer("rosproto", "foxglove", "--allow-write", "*"),
     "woosh foxglove": _viewer("woosh_pure", "foxglove", "--allow-driving"),
+    "woosh robot-api": _robot_api,
     "woosh vda5050": _vda5050,
     "Chassis, velocity": _program("velocity"),
     "Chassis, goal": _program("goal"),

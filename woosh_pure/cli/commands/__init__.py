@@ -53,6 +53,7 @@ COMMANDS = {
     "record": "record what the chassis sends and receives into a bag, until interrupted; moves nothing",
     "web": "show the robot in a browser, on a phone too, and serve a REST API for any language",
     "foxglove": "show the chassis live in Foxglove and Lichtblick; read only unless you open something",
+    "robot-api": "answer programs for the Robot API (port 5480); read only unless you open something",
     "vda5050": "connect the chassis to a fleet manager, by VDA 5050 over MQTT",
     "run": "run a program for woosh_pure or rospy, without ROS; --sim starts a simulated chassis for it",
     "shell": "open Python with `chassis` ready",
@@ -66,7 +67,7 @@ _MODULES = {
     "driving": ("goto", "task", "charge", "move", "rotate", "stop"),
     "navigation": ("localization", "plan", "costmap", "footprint", "mode"),
     "maps": ("map", "marks"),
-    "bags_and_viewers": ("record", "foxglove"),
+    "bags_and_viewers": ("record", "foxglove", "robot-api"),
     "programs": ("run",),  # a module `run` would hide the function of this one
 }
 """The commands of a module; every other command has a module of its own name."""
@@ -85,4 +86,6 @@ def run(name: str, args: Namespace, out: Output) -> int:
 
 
 def _function(verb: str, name: str) -> Any:
-    return getattr(import_module(f"{__package__}.{_MODULE_OF.get(name, name)}"), f"{verb}_{name}")
+    return getattr(
+        import_module(f"{__package__}.{_MODULE_OF.get(name, name)}"), f"{verb}_{name.replace('-', '_')}"
+    )

@@ -1,20 +1,23 @@
-"""`woosh record` and `woosh foxglove`."""
+"""`woosh record`, `woosh foxglove` and `woosh robot-api`."""
 
 from __future__ import annotations
 
 import time
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rosproto.cli import (
+    add_gateway_options,
     add_server_options,
     announced,
+    gateway_options,
     interrupt_on_signals,
     server_options,
     serving,
+    serving_line,
     shown_token,
     until_interrupted,
     watchdog_if,
@@ -24,9 +27,14 @@ from woosh_pure.cli.output import Output
 from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
 from woosh_pure.interface.table import driving_patterns, find
 from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
+from woosh_pure.robot_api.wire import PORT
 
 if TYPE_CHECKING:
+    from rosproto.cli.gateway import ServerOptions
+    from rosproto.gateway import GatewayServer
     from rosproto.recording import Recorder
+    from rosproto.watchdog import Watchdog
+    from woosh_pure.chassis import Chassis
 
 
 def add_record(parser: ArgumentParser) -> None:
@@ -123,25 +131,63 @@ def run_foxglove(args: Namespace, out: Output) -> None:
         return
     options = server_options(args, write=driving_patterns() if args.allow_driving else ())
     marks = _Marks(args.marks or mark_file())
+    with _chassis(args, out, options) as (chassis, watchdog):
+        topics = ChassisTopics(chassis, marks, out.language)
+        with (
+            topics,
+            serving(
+                Foxglove, chassis.node, options, topics=topics.all, name="Woosh chassis", watchdog=watchdog
+            ) as server,
+        ):
+            _serve(args, out, server, options, announced(server, options, shown_token(args, options)))
+
+
+def add_robot_api(parser: ArgumentParser) -> None:
+    add_gateway_options(parser, PORT)
+    parser.add_argument("--marks", type=Path, metavar="FILE", help="the list of marks of its one scene")
+    parser.add_argument(
+        "--share",
+        action="store_true",
+        help="let a client drive while another client or program can: the robot obeys the last one",
+    )
+
+
+def run_robot_api(args: Namespace, out: Output) -> None:
+    from woosh_pure.api_server import RobotApiServer, RobotSite
+
+    options = gateway_options(args)
+    with _chassis(args, out, options) as (chassis, watchdog):
+        site = RobotSite("robot", "map", chassis.get_map, _Marks(args.marks or mark_file()))
+        more = {"site": site, "lease": chassis.lease, "share": args.share, "watchdog": watchdog}
+        with serving(RobotApiServer, chassis.node, options, **more) as server:
+            line = serving_line("the Robot API", server, options, shown_token(args, options))
+            _serve(args, out, server, options, [line])
+
+
+@contextmanager
+def _chassis(
+    args: Namespace, out: Output, options: ServerOptions
+) -> Iterator[tuple[Chassis, Watchdog | None]]:
+    """The chassis, and the watchdog process if clients may drive."""
     with ExitStack() as stack:
         stack.enter_context(interrupt_on_signals())
         drives = options["access"].writes_anything
         watchdog = stack.enter_context(watchdog_if(drives and not args.no_watchdog))
-        chassis = stack.enter_context(connect(args, out))
-        topics = stack.enter_context(ChassisTopics(chassis, marks, out.language))
-        server = stack.enter_context(
-            serving(
-                Foxglove, chassis.node, options, topics=topics.all, name="Woosh chassis", watchdog=watchdog
-            )
-        )
-        token = shown_token(args, options)
-        for line in announced(server, options, token):
-            out.line(line)
-        out.result({"url": server.url, "token": token, "write": list(options["access"].write)})
-        try:
-            until_interrupted(chassis.node, args.seconds)
-        except KeyboardInterrupt:
-            pass  # the normal end of this command
+        yield stack.enter_context(connect(args, out)), watchdog
+
+
+def _serve(
+    args: Namespace, out: Output, server: GatewayServer, options: ServerOptions, lines: Sequence[str]
+) -> None:
+    """Print how to reach a server, and wait for the end."""
+    for line in lines:
+        out.line(line)
+    token = shown_token(args, options)
+    out.result({"url": server.url, "token": token, "write": list(options["access"].write)})
+    try:
+        until_interrupted(server.node, args.seconds)
+    except KeyboardInterrupt:
+        pass  # the normal end of this command
 
 
 class _Marks:
