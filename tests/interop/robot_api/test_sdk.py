@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from rosproto import Node
+from rosproto.gateway import Access
 from tests.support import woosh_sdk
 from tests.support.extras import needs
 from tests.support.robot_api import ApiClient
@@ -35,7 +36,7 @@ def world() -> Iterator[tuple[SimulatedChassis, RobotApiServer]]:
     with (
         SimulatedChassis(full_graph=False) as sim,
         Node("robot_api", master_uri=sim.master_uri, rosout=False) as node,
-        RobotApiServer(node, port=0, site=simulated_site(sim)) as server,
+        RobotApiServer(node, port=0, access=Access(write=["api:*"]), site=simulated_site(sim)) as server,
     ):
         yield sim, server
 
@@ -100,22 +101,25 @@ def test_every_answer_and_push_is_parsed_by_the_sdk(
     ] == []
 
 
-def run(sdk: Path, program: str, *words: str, seconds: float, folder: str = "examples") -> str:
-    """Run one of its programs until SIGINT; its output."""
+def run(
+    sdk: Path, program: str, *words: str, seconds: float, folder: str = "examples", typed: str = ""
+) -> str:
+    """Run one of its programs until SIGINT, with a text on its standard input; its output."""
     process = subprocess.Popen(
         [woosh_sdk.python(), "-u", program, *words],
         cwd=sdk / folder,
+        stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
         env={**os.environ, "PYTHONPATH": str(sdk), "PYTHONDONTWRITEBYTECODE": "1"},
     )
     try:
-        process.wait(seconds)
-    except subprocess.TimeoutExpired:
-        process.send_signal(signal.SIGINT)
-    try:
-        said, _ = process.communicate(timeout=30.0)
+        try:
+            said, _ = process.communicate(typed, timeout=seconds)
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGINT)
+            said, _ = process.communicate(timeout=30.0)
     finally:
         process.kill()
     return said
@@ -159,3 +163,25 @@ def test_the_agent_has_all_its_subscriptions(
         True,
     )
     assert not [line for line in said.splitlines() if any(word in line for word in FAILED)], said
+
+
+@pytest.mark.slow
+def test_demo_lite_runs_unchanged(sdk: Path, world: tuple[SimulatedChassis, RobotApiServer]) -> None:
+    """A task that it cancels, a step, and driving by velocity: every request is accepted, and at its end the
+    robot stands, turned."""
+    sim, server = world
+    sim.reset()
+    with ApiClient(server.url) as witness:
+        witness.subscribe("woosh.robot.TaskProc", "woosh.ros.Feedbacks")
+        said = run(sdk, "demo_lite.py", "127.0.0.1", str(server.port), seconds=90.0, typed="\n\n\nx\n\n")
+        seen = witness.pushed_within(1.0)
+    assert not [line for line in said.splitlines() if any(word in line for word in FAILED)], said
+    assert "执行任务请求成功" in said
+    assert said.count("速度控制请求成功") == 51
+    tasks = [f["body"]["state"] for f in seen if f["body"].get("robotTaskId") == "66666"]
+    assert (3 in tasks, tasks[-1]) == (True, 8)
+    ends = [one for f in seen for one in f["body"].get("fbs", [])]
+    assert (ends[-1]["action"], ends[-1]["state"]) == ("woosh.ros.action.StepControl", 1)
+    with sim.lock:
+        assert sim.world.body.velocity.is_standing()
+    assert said.count("ros feedbacks") == 2
