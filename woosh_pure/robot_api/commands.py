@@ -278,4 +278,4 @@ COMMANDS = (
     ),
 )  # fmt: skip
 """Of a type, the first is what a request becomes. The charge control of ROS 1 means something else."""
-_BY_TYPE = {command.type_name: command for command in reversed(COMMANDS)}
+_BY_TYPE: dict[str, Command] = {command.type_name: command for command in reversed(COMMANDS)}
