@@ -189,7 +189,8 @@ class Avoidance:
 
     def _step_blocked(self, motion: StepMotion, dt: float) -> bool:
         d = motion.current.direction()
-        if not (d.vx or d.vy) or not self._world.collisions.obstructed(self._world.body.pose, d, 0.25):
+        ahead = min(0.25, motion.rest + 0.1)  # what is beyond the end of the step does not hold it
+        if not (d.vx or d.vy) or not self._world.collisions.obstructed(self._world.body.pose, d, ahead):
             motion.blocked_for = 0.0
             return False
         return self._wait_for_room(motion, dt, _STEP_BLOCKED, _STEP_BLOCK_TIMEOUT)

@@ -158,9 +158,13 @@ class StepMotion(Motion):
         whole = abs(self.current.data)
         return 100.0 if whole == 0 else min(100.0, 100.0 * self._travelled / whole)
 
+    @property
+    def rest(self) -> float:
+        """What is left of the current step, m or rad."""
+        return abs(self.current.data) - self._travelled
+
     def command(self, body: Body, dt: float) -> Velocity:
-        step = self.current
-        rest = abs(step.data) - self._travelled
+        step, rest = self.current, self.rest
         rotating = step.mode is StepMode.ROTATE
         limits = body.limits
         # Brake a little more gently than the drives can, so that the target is not passed.
@@ -175,9 +179,9 @@ class StepMotion(Motion):
         self._travelled += (v.vx * d.vx + v.vy * d.vy + v.wz * d.wz) * dt
 
     def update(self, body: Body, dt: float) -> None:
-        step, v = self.current, body.velocity
+        v = body.velocity
         self.coast(body, dt)
-        if abs(step.data) - self._travelled < 5e-4 and v.is_standing(0.02, 0.02):
+        if self.rest < 5e-4 and v.is_standing(0.02, 0.02):
             self.index += 1
             self._travelled = 0.0
             if self.index >= len(self.steps):
@@ -188,7 +192,7 @@ class StepMotion(Motion):
         if self.index >= len(self.steps):
             return []
         step = self.current
-        rest = math.copysign(max(0.0, abs(step.data) - self._travelled), step.data)
+        rest = math.copysign(max(0.0, self.rest), step.data)
         return [Step(step.mode, rest, step.speed, step.angle), *self.steps[self.index + 1 :]]
 
 

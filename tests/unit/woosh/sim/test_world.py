@@ -147,6 +147,16 @@ def test_a_step_waits_for_an_obstacle_and_goes_on_when_it_is_gone():
     assert world.body.pose.x == pytest.approx(1.5, abs=0.003)
 
 
+def test_what_is_beyond_the_end_of_a_step_does_not_hold_it():
+    """0.2 m of room are left at its end."""
+    world = World()
+    world.obstacles.append((1.0, 0.0, 0.2))
+    motion = world.step_control([Step(StepMode.STRAIGHT, 0.3, 0.2)], avoid=True)
+    run_until(world, lambda: motion.state.is_final)
+    assert motion.state is MotionState.DONE
+    assert world.body.pose.x == pytest.approx(0.3, abs=0.003)
+
+
 def test_a_step_in_front_of_an_obstacle_fails_when_patience_ends():
     world = World()
     world.obstacles.append((1.0, 0.0, 0.2))
