@@ -96,10 +96,7 @@ def test_a_first_client_sees_everything(client: ApiClient, world: World) -> None
     } <= set(info)
 
 
-CLOSED = "a client of the Robot API asks for a motion or a change that is not opened"
-
-
-@pytest.mark.promise(CLOSED)
+@pytest.mark.promise("a client of the Robot API asks for a motion or a change that is not opened")
 @pytest.mark.parametrize("kind", sorted(name for name, one in wire.requests().items() if one.kind != "read"))
 def test_what_moves_or_changes_something_is_refused(client: ApiClient, world: World, kind: str) -> None:
     """Every request that is not a read: `ok` is false, and nothing is published, called or sent as a goal."""
@@ -116,7 +113,7 @@ def test_what_moves_or_changes_something_is_refused(client: ApiClient, world: Wo
         assert world.sim.world.body.velocity.is_standing(0.0, 0.0)
 
 
-@pytest.mark.promise(CLOSED)
+@pytest.mark.promise("a client of the Robot API asks for a motion or a change that is not opened")
 def test_the_node_of_the_server_writes_nothing(client: ApiClient, world: World) -> None:
     """Whatever was asked, a zero and a cancel as well: it publishes on no topic of the robot."""
     for kind in wire.requests():
