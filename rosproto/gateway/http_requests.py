@@ -2,7 +2,7 @@
 
 The first four bytes of a connection tell which of the two it is. Admission, limits, log and close are the
 server's for both. A connection for POSTs keeps its slot of the listener, and a new connection may replace it
-while nothing of it is answered.
+while nothing of it is answered. Of those that are answered at the same time half the slots are kept.
 """
 
 from __future__ import annotations
@@ -141,7 +141,9 @@ class HttpRequests(asyncio.Protocol):
             self._refuse(refusal.status, refusal.reason, refusal.text)
             return
         path = request.target.partition("?")[0]
-        server.slots.request_begins(key, now, authorized=True)
+        kept = server.answering < server.limits.pending_handshakes // 2  # the others leave room for new ones
+        server.answering += kept
+        server.slots.request_begins(key, now, authorized=kept)
         try:
             status, text = await self._handler.answer(path, request.body, key[0])
         except Exception as error:
@@ -149,7 +151,8 @@ class HttpRequests(asyncio.Protocol):
             self._refuse(HTTPStatus.INTERNAL_SERVER_ERROR, "error", "internal error; see the server's log")
             return
         finally:
-            server.slots.request_ends(key, time.monotonic(), authorized=True)
+            server.slots.request_ends(key, time.monotonic(), authorized=kept)
+            server.answering -= kept
         self._write(status, text, request.keep_alive)
         async with server.turn:  # the others are served before the next request of this client
             await asyncio.sleep(0)

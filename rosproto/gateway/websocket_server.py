@@ -90,6 +90,7 @@ class WebSocketServer:
         accepted: Clients so far.
         stalled: Clients disconnected so far because they read nothing.
         slots: Connections that are not clients.
+        answering: Connections for POSTs that no new one replaces, because a request of them is answered.
         turn: Of a client that took more than its share of the loop's time.
     """
 
@@ -109,7 +110,7 @@ class WebSocketServer:
         self.limits = limits or GatewayLimits()
         self.secure = tls is not None
         self.refused: Counter[str] = Counter()
-        self.accepted = self.stalled = 0
+        self.accepted = self.stalled = self.answering = 0
         self.pool = Pool(self.limits.threads, name=f"rosproto:{name}")
         self.peer_log = PeerLog("rosproto.gateway")
         self._open_session = open_session

@@ -35,8 +35,8 @@ class Echo:
 
     async def answer(self, path: str, data: bytes, address: str) -> tuple[HTTPStatus, str]:
         self.asked.append(path)
-        if path == "/wait":
-            await asyncio.to_thread(self.may_answer.wait, 20.0)
+        while path == "/wait" and not self.may_answer.is_set():
+            await asyncio.sleep(0.01)
         if path == "/long":
             return HTTPStatus.OK, json.dumps("x" * (16 << 20))
         assert path != "/broken", "a planted error"
@@ -429,6 +429,22 @@ def test_a_connection_that_waits_for_its_answer_is_not_replaced(start: Start, ha
         assert asked(server, post())[0] == 200
         handler.may_answer.set()
         assert slow.answer()[0] == 200
+
+
+@pytest.mark.promise("All connections by HTTP together are bounded")
+def test_requests_that_wait_lock_nobody_out(start: Start, handler: Echo) -> None:
+    """However many of them are answered slowly: a new one may be a stop."""
+    from tests.support.websocket import connect
+
+    server = start(LIMITS._replace(pending_handshakes=16))
+    with ExitStack() as stack:
+        for number in range(1, 40):
+            stack.enter_context(Http(server)).send(post("/wait"))
+            until(lambda number=number: len(handler.asked) == number)
+        assert asked(server, post())[0] == 200
+        with connect(server.url) as client:
+            client.send("hello")
+            assert client.recv(20.0) == "hello"
 
 
 def test_a_server_closes_in_bounded_time(start: Start, handler: Echo) -> None:
