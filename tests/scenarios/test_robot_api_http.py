@@ -167,6 +167,22 @@ def test_a_question_has_the_same_answer_by_http_and_by_websocket(world: World, k
     assert by_http == by_websocket
 
 
+@pytest.mark.promise("the password of Basic authentication")
+def test_a_server_with_a_token_takes_it_as_the_password(world: World) -> None:
+    """Of a Chassis as of the vendor's clients by HTTP; without it nothing is told."""
+    token = "kd83-hsa2"
+    with RobotApiServer(world.server.node, port=0, token=token, site=simulated_site(world.sim)) as server:
+
+        def api(credentials: str) -> RobotApi:
+            return Chassis(world.sim.master_uri, robot_api=f"{credentials}127.0.0.1:{server.port}").robot_api
+
+        assert api(f"robot:{token}@").scene().name == "simulation"
+        for credentials in ("", "robot:wrong-word@", f"{token}:robot@"):
+            with pytest.raises(ApiRefused, match="wants a name and a password") as refused:
+                api(credentials).scene()
+            assert refused.value.status == 401
+
+
 # -- commands and page ---------------------------------------------------------------------------------------
 
 
