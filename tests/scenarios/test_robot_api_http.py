@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from rosproto import Node
+from rosproto.gateway import Access
 from tests.support.extras import needs
 from tests.support.robot_api import ApiClient
 from tests.support.waiting import until
@@ -316,6 +317,36 @@ def test_whatever_bytes_come_the_next_client_is_answered(
                 pass
     assert post(world, "/woosh/robot/RobotState")["body"] == {"state": 2, "robotId": 7}
     assert not [record for record in caplog.records if record.exc_info], "an error of ours"
+
+
+@pytest.mark.promise("answers requests by POST, too, by the same rules")
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "https://evil.example"},
+        {"Origin": "https://evil.example", "Content-Type": "text/plain"},
+        {"Origin": "null", "Content-Type": "application/x-www-form-urlencoded"},
+        {"Sec-Fetch-Site": "cross-site", "Content-Type": "text/plain"},
+        {"Host": "evil.example"},
+    ],
+)
+def test_a_page_of_another_site_drives_no_robot(world: World, headers: dict[str, str]) -> None:
+    """Where every command is open, as in `woosh sim --robot-api`; a program does it the next moment."""
+    access = Access(write=["api:*"])
+    with RobotApiServer(world.server.node, port=0, access=access, share=True) as server:
+        open_world = world._replace(server=server)
+        for _ in range(3):
+            got = post(open_world, "/woosh/robot/Twist", {"linear": 0.2}, **headers)
+            assert (got["ok"], got["type"]) == (False, "")
+        with world.sim.lock:
+            assert world.sim.world.body.velocity.is_standing(0.0, 0.0)
+        until(
+            lambda: (
+                post(open_world, "/woosh/robot/Twist", {"linear": 0.2})["ok"]
+                and not world.sim.world.body.velocity.is_standing(0.0, 0.0)
+            )
+        )
+        assert post(open_world, "/woosh/robot/Twist")["ok"]
 
 
 Crowd = Callable[[int], bytes]
