@@ -372,10 +372,16 @@ class BagPlay(BagKind):
         ]
         with RosProcess(command, environment(self._uri)) as process:
             self._last = time.monotonic() + 1.0  # it starts
-            while process.running and not self._is_quiet(0.05 if self._came == self._ours["came"] else 0.4):
+            while process.running and not self._is_quiet(self._patience()):
                 time.sleep(0.01)
             process.stop(patience=1.0)  # one that waits for subscribers takes no notice of Ctrl-C
             return self._took(ERROR if not process.running and "rror" in process.output else "")
+
+    def _patience(self) -> float:
+        """Seconds of silence after which nothing more is expected; on a busy computer the player starts late."""
+        if self._came == self._ours["came"]:
+            return 0.05
+        return 1.0 if self._came else 5.0
 
     @staticmethod
     def _words(case: Case) -> list[str]:

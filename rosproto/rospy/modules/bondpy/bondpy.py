@@ -56,9 +56,9 @@ class Bond:
         if self.is_shutdown:
             return
         self.is_shutdown = True
-        self.break_bond()
         if self.sub is not None:
-            self.sub.unregister()
+            self.sub.unregister()  # first, as in bondpy: an answer to the end is not heard
+        self.break_bond()
         self.pub.unregister()
 
     def break_bond(self):
