@@ -132,14 +132,14 @@ class Commands:
                     return
 
     def _require_may_drive(self, client: Hashable, velocity: Velocity) -> None:
+        if not self._state.hears("/odom_twist"):
+            raise Refused("the robot is not heard (/odom_twist), so it is not driven")
         state, mode, task = (self._state.known(ROBOT + name) for name in ("RobotState", "Mode", "TaskProc"))
-        if state is None or mode is None or task is None:
-            raise Refused("the robot's state is not known, so it is not driven")
-        if mode["ctrl"] != RobotMode.AUTOMATIC:
+        if mode and mode["ctrl"] != RobotMode.AUTOMATIC:
             raise Refused("the robot is not in automatic mode, so it is not driven")
-        idle = state["state"] in (RobotState.UNINITIALISED, RobotState.IDLE)
-        if TaskState(task["state"]).is_under_way or not idle:
-            raise Refused(f"the robot is not idle ({RobotState(state['state'])}), so it is not driven")
+        idle = not state or state["state"] in (RobotState.UNINITIALISED, RobotState.IDLE)
+        if (task and TaskState(task["state"]).is_under_way) or not idle:
+            raise Refused("the robot is not idle or has a task, so it is not driven")
         if self._goals:
             raise Refused(f"an action is under way ({next(iter(self._goals))}), so it is not driven")
         self._state.drive_limits().check(velocity)

@@ -227,6 +227,11 @@ class ApiState(GatewayState):
         with self._news:
             return self._known(type_name, {})
 
+    def hears(self, row: str) -> bool:
+        """Whether a topic is heard now."""
+        with self._news:
+            return self._is_heard(row)
+
     def drive_limits(self) -> DriveLimits:
         """Speeds that the chassis tells, or the usual ones."""
         event, linear, angular = self._latest.get(PARAMETERS), 0.0, 0.0

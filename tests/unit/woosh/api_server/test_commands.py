@@ -30,7 +30,7 @@ class Fake:
         self.published: list[tuple[float, object]] = []
         self.called: list[tuple[int, int]] = []
         self.known = {ROBOT + name: values for name, values in IDLE.items()}
-        self.success = True
+        self.success = self.heard = True
         self.during: Any = lambda: None
         output = SimpleNamespace(
             publish=lambda message, received, client: self.published.append((message.linear.x, client))
@@ -39,6 +39,7 @@ class Fake:
             access=Access(write=["api:*"]),
             known=self.known.get,
             drive_limits=DriveLimits,
+            hears=lambda row: self.heard,
             waiting=nullcontext,
             publications=SimpleNamespace(open=lambda *_: output),
             pool=SimpleNamespace(spawn=lambda work: None),
@@ -74,12 +75,23 @@ def test_a_velocity_that_waited_is_not_obeyed_and_a_zero_is(robot: Fake) -> None
     assert robot.published == [(0.0, "10.0.0.9"), (pytest.approx(0.2), "10.0.0.9")]
 
 
-@pytest.mark.parametrize("name", ["RobotState", "Mode", "TaskProc"])
-def test_a_robot_whose_state_is_not_known_is_not_driven(robot: Fake, name: str) -> None:
-    del robot.known[ROBOT + name]
-    with pytest.raises(Refused, match="not known"):
+def test_a_robot_that_is_not_heard_is_not_driven(robot: Fake) -> None:
+    robot.heard = False
+    with pytest.raises(Refused, match="not heard"):
         robot.do(TWIST, {"linear": 0.2})
     robot.do(TWIST, {})
+
+
+def test_a_robot_that_tells_its_state_on_change_only_is_driven_as_by_chassis_velocity(robot: Fake) -> None:
+    """What is not known speaks against nothing; what is known does."""
+    for name in IDLE:
+        del robot.known[ROBOT + name]
+    robot.do(TWIST, {"linear": 0.2})
+    for name, values in (("Mode", {"ctrl": 2}), ("RobotState", {"state": 4}), ("TaskProc", {"state": 3})):
+        robot.known[ROBOT + name] = values
+        with pytest.raises(Refused, match="so it is not driven"):
+            robot.do(TWIST, {"linear": 0.2})
+        del robot.known[ROBOT + name]
 
 
 def test_the_velocities_of_one_that_drives_do_not_wait(robot: Fake) -> None:
