@@ -36,6 +36,7 @@ from rosproto.cli.exit_codes import (
     say,
 )
 from rosproto.cli.gateway import (
+    ServerOptions,
     add_gateway_options,
     add_max_clients,
     add_server_options,
@@ -94,6 +95,7 @@ __all__ = [
     "Output",
     "Parser",
     "Progress",
+    "ServerOptions",
     "Task",
     "Terminated",
     "WrongUse",

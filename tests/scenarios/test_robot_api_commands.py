@@ -367,6 +367,21 @@ def test_an_action_without_counterpart_is_refused(world: World, client: ApiClien
     assert "is empty" in refused(client, CALL, {})
 
 
+@pytest.mark.parametrize(
+    ("steps", "says"),
+    [
+        ([], "no steps"),
+        ([{"mode": 1, "value": 11.0}], "10.0 m one step may have"),
+        ([{"mode": 9, "value": 0.5}], "not known"),
+        ([{"mode": 1, "value": "NaN"}], "finite"),
+    ],
+)
+def test_a_step_beyond_the_limits_of_the_interface_is_refused(
+    world: World, client: ApiClient, steps: list[dict[str, Any]], says: str
+) -> None:
+    assert says in refused(client, CALL, {"stepControl": {"steps": steps, "action": 1}})
+
+
 # -- the rest ------------------------------------------------------------------------------------------------
 
 

@@ -16,9 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from rosproto.action import ActionClient, GoalHandle, GoalStatus
 from rosproto.errors import RosError
-from rosproto.gateway.access import Refused, insist
-from rosproto.gateway.client_publications import ClientPublication
-from rosproto.gateway.velocity_watchdog import SILENCE, moves
+from rosproto.gateway import Refused
 from woosh_pure.connection.firmware_limits import require_goal, require_message
 from woosh_pure.connection.other_drivers import other_drivers
 from woosh_pure.enums import RobotMode, RobotState, StepControlMode, TaskCommand, TaskState
@@ -26,6 +24,7 @@ from woosh_pure.faults import with_words
 from woosh_pure.geometry import Velocity
 from woosh_pure.interface.table import row as interface_row
 from woosh_pure.lease import ChassisLease
+from woosh_pure.motion.steps import check_goal
 from woosh_pure.robot_api.commands import CALL, FEEDBACKS, STATES, member_of, row_of, to_ros
 from woosh_pure.robot_api.translate import ROBOT
 from woosh_pure.robot_api.wire import Values
@@ -39,6 +38,8 @@ MOVING = ("Twist", "ExecTask", "ActionOrder", "CallAction")
 LEASE_SECONDS = 5.0
 CALL_SECONDS = 5.0
 LATE_SECONDS = 1.0
+DRIVES_SECONDS = 0.5
+"""For which a client drives after its last velocity: zero follows then."""
 IDLE_SECONDS = 2.0
 """Without velocities, after which their topic is left: others take its publisher for a driver."""
 
@@ -55,7 +56,7 @@ class Commands:
     def __init__(self, state: ApiState, lease: ChassisLease | None, share: bool) -> None:
         self._state, self._lease, self._share = state, lease, share
         self._lock, self._opening = threading.Lock(), threading.Lock()
-        self._output: ClientPublication | None = None  # of velocities
+        self._output: Any = None  # the `ClientPublication` of velocities
         self._sent = 0.0  # when the last velocity was
         self._driving: dict[Hashable, float] = {}  # when the last one of each client that drives came
         self._actions: dict[str, ActionClient] = {}
@@ -75,7 +76,7 @@ class Commands:
 
     def waits(self, type_name: str, client: Hashable) -> bool:
         """Whether a command of a client may take long. The velocities of one that drives do not."""
-        driving = time.monotonic() - self._driving.get(client, -math.inf) < SILENCE
+        driving = time.monotonic() - self._driving.get(client, -math.inf) < DRIVES_SECONDS
         return type_name != TWIST or not driving or self._output is None
 
     def do(self, client: Hashable, type_name: str, values: Values, received: float) -> Values:
@@ -90,12 +91,13 @@ class Commands:
         if handler is None:
             raise Refused(f"{type_name} is refused: this server does not do it, and nothing was done")
         kind, inner = member_of(type_name, values)
-        allowed, name = self._state.access.may_write, type_name.rpartition(".")[2]
-        if _stops(kind, inner):
-            if all(allowed("api", each) for each in MOVING):  # so no client can have moved the robot
-                insist(allowed("api", name))
+        allowed = self._state.access.may_write
+        refusal = allowed("api", type_name.rpartition(".")[2])
+        # Where all that moves the robot is closed, no client can have moved it.
+        if _stops(kind, inner) and (refusal is None or not all(allowed("api", each) for each in MOVING)):
             return handler(client, kind, inner, received) or {}
-        insist(allowed("api", name))
+        if refusal is not None:
+            raise Refused(refusal.text)
         if self._lease is not None and not self._lease.acquire(f"robot-api {client}", LEASE_SECONDS):
             raise Refused(f"{self._lease.holder} has the lease of this robot: ask there, or wait")
         with self._state.waiting():
@@ -116,7 +118,7 @@ class Commands:
 
     def _velocity(self, client: Hashable, kind: str, values: Values, received: float) -> None:
         row, message = to_ros(kind, values)
-        moving = moves(message)
+        moving = not _stops(kind, values)
         if moving:
             self._require_may_drive(client, Velocity(message.linear.x, message.linear.y, message.angular.z))
         while True:
@@ -156,10 +158,10 @@ class Commands:
         """
         now = time.monotonic()
         for other, last in [] if self._share else list(self._driving.items()):
-            if other != client and now - last < SILENCE:
+            if other != client and now - last < DRIVES_SECONDS:
                 raise Refused(f"another client drives the robot: {other}")
 
-    def _open(self, row: str, kind: type[Any]) -> ClientPublication:
+    def _open(self, row: str, kind: type[Any]) -> Any:
         with self._opening:
             if self._output is None:
                 self._sent = time.monotonic()
@@ -226,6 +228,8 @@ class Commands:
         if mode != StepControlMode.EXECUTE:
             raise Refused("this server neither pauses nor resumes an action: cancel it, and send the rest")
         row, goal = to_ros(kind, values)
+        if hasattr(goal, "stepControl"):
+            check_goal(goal)
         self._require_alone(client)
         server = self._action(row)
         require_goal(server, goal)

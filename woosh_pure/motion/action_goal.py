@@ -27,7 +27,7 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.schema import Row
 from woosh_pure.motion.motion import GoalHandle, Motion
 from woosh_pure.motion.progress import PlannedWay
-from woosh_pure.motion.steps import Step, check_steps, locate_step, step_goal
+from woosh_pure.motion.steps import Step, check_goal, check_steps, locate_step, step_goal
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.values.messages import message_type, require_finite, stamped_pose
 
@@ -267,9 +267,8 @@ def start_action(
     since = components.motions.since
     described = say("goal of {action}", action=row.name)
     require_finite(goal, described)
-    steps = getattr(goal, "stepControl", ())
-    if steps:
-        check_steps(Step(StepMode(s.executeMode), s.data, s.speed, getattr(s, "angle", 0.0)) for s in steps)
+    if getattr(goal, "stepControl", ()):
+        check_goal(goal)
     if row.moves_base:
         components.readiness_state.require_ready(described, check)
     motion = ActionMotion(components, row.name, described, drives=row.moves_base)

@@ -140,6 +140,12 @@ def check_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     return checked
 
 
+def check_goal(goal: DynamicMessage) -> None:
+    """Check the steps of a woosh_msgs/StepControlGoal, as `check_steps` does."""
+    steps = goal.stepControl
+    check_steps(Step(StepMode(s.executeMode), s.data, s.speed, getattr(s, "angle", 0.0)) for s in steps)
+
+
 def locate_step(
     steps: Sequence[Step], index: int, percent: float, mode: StepMode, reported: float
 ) -> tuple[int, float]:

@@ -10,10 +10,9 @@ from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from woosh_pure.enums import StepControlMode, StepMode, TaskCommand
+from woosh_pure.enums import StepControlMode, TaskCommand
 from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.table import row as interface_row
-from woosh_pure.motion.steps import Step, check_steps, step_goal
 from woosh_pure.robot_api import wire
 from woosh_pure.robot_api.translate import ROBOT
 from woosh_pure.robot_api.wire import Values, enum
@@ -206,11 +205,11 @@ def _check_order(values: Values, message: Any) -> None:
 
 
 def _fill_steps(values: Values, message: Any) -> None:
-    steps = [Step(StepMode(s["mode"]), s["value"], s["speed"], s["angle"]) for s in values["steps"]]
-    mode = StepControlMode(values["action"])
-    if mode is StepControlMode.EXECUTE:
-        check_steps(steps)
-    message.stepControl = step_goal(mode, steps, avoid=True).stepControl
+    kind = message_type("woosh_msgs/StepControl")
+    message.stepControl = [
+        kind(executeMode=s["mode"], data=s["value"], speed=s["speed"], angle=s["angle"])
+        for s in values["steps"]
+    ]
     message.useAvoid = values["avoid"] == 0
 
 

@@ -30,7 +30,7 @@ from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
 from woosh_pure.robot_api.wire import PORT
 
 if TYPE_CHECKING:
-    from rosproto.cli.gateway import ServerOptions
+    from rosproto.cli import ServerOptions
     from rosproto.gateway import GatewayServer
     from rosproto.recording import Recorder
     from rosproto.watchdog import Watchdog
