@@ -120,7 +120,11 @@ def signalled(sim: SimulatedChassis, server: RobotApiServer, way: str) -> tuple[
 def stopped(sim: SimulatedChassis, server: RobotApiServer, way: str) -> tuple[float, float]:
     with ApiClient(server.url) as client:
         if way.startswith("zero"):
-            until(lambda: client.answer({"type": TWIST, "body": {"angular": 0.5}})["ok"] and moving(sim))
+            full = time.monotonic() + 20.0
+            while time.monotonic() < full:
+                if client.answer({"type": TWIST, "body": {"angular": 0.5}})["ok"] and moving(sim):
+                    full = min(full, time.monotonic() + 0.5)
+                time.sleep(0.05)
             stop = {"type": TWIST}
         else:
             step = {"steps": [{"mode": 2, "value": 60.0, "speed": 0.5}], "action": 1}
