@@ -228,7 +228,7 @@ def add_gateway_options(parser: argparse.ArgumentParser, default_port: int) -> N
         action="append",
         default=[],
         metavar="PATTERN",
-        help="let clients publish, call, set or send goals: /name, /space/*, topic:/x, service:/x, action:/x",
+        help="let clients publish, call, set, send goals: /x, /a/*, topic:/x, service:/x, action:/x, api:X",
     )
     parser.add_argument("--read-only", action="store_true", help="never allow any of these")
     parser.add_argument(
