@@ -152,14 +152,14 @@ def test_a_class_is_seen_in_one_table_and_reset_by_one_button(browser: Browser, 
         served(
             {"hall": robot.chassis, "yard": second}, simulator={"hall": robot.sim, "yard": yard}
         ) as server,
-        person(browser, f"{server.url}robots/yard/") as page,
+        person(browser, server.url, path="robots/yard/") as page,
     ):
         page.click("#tabbutton-sim")
-        page.wait_for_selector("#class tr:has(a >> text=hall) >> text=idle")
-        page.wait_for_selector("#class tr:has(a >> text=yard) >> text=%")
+        page.wait_for_selector("#class tr:has-text('hall') >> text=idle")
+        page.wait_for_selector("#class tr:has-text('yard') >> text=%")
         yard.add_obstacle(3.0, 0.0)
         robot.chassis.go_to_mark("B1")
-        page.wait_for_selector("#class tr:has(a >> text=hall) >> text=In a task")
+        page.wait_for_selector("#class tr:has-text('hall') >> text=In a task")
         resets = robot.sim.resets, yard.resets
         page.click("#class-reset")
         until(lambda: (robot.sim.resets, yard.resets) == (resets[0] + 1, resets[1] + 1), page)
