@@ -279,8 +279,8 @@ class MotionVerbs:
         """
         step, many = Step.turn(radians_of(angle) if degrees else angle, speed), several_turns or degrees
         if degrees and _is_in_radians(angle):
-            as_rad = math.degrees(angle)
-            _log.warning("! %s: as rad it is %.0f degrees; rotate(angle) takes rad", step, as_rad)
+            text = "if {degrees:.0f}° was meant: left and right take degrees, rotate(angle) rad"
+            _log.warning("! %s: %s", str(step), say(text, degrees=math.degrees(angle)))
         return self.steps(
             step, avoid=avoid, timeout=timeout, several_turns=many, check=check, replace=replace
         )

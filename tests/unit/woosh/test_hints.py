@@ -182,7 +182,7 @@ def degrees_said(caplog: pytest.LogCaptureFixture, turn: Callable[..., object], 
     caplog.clear()
     with pytest.raises(ConnectionLost):
         turn(angle)
-    return [record.message for record in caplog.records if "rotate(angle) takes rad" in record.message]
+    return [record.message for record in caplog.records if "rotate(angle) rad" in record.message]
 
 
 @pytest.mark.parametrize("angle", [math.pi / 2, 1.5708, -math.pi, math.radians(30), 2 * math.pi])
@@ -192,7 +192,7 @@ def test_a_turn_in_degrees_that_is_meant_in_rad_is_logged(
     """It is carried out as it stands: 1.5708 degrees are legal."""
     for turn in (CHASSIS.left, CHASSIS.right, partial(CHASSIS.rotate, degrees=True)):
         said = degrees_said(caplog, turn, angle)
-        assert [f"{math.degrees(abs(angle)):.0f} degrees;" in text for text in said] == [True]
+        assert [f"{math.degrees(abs(angle)):.0f}° was meant:" in text for text in said] == [True]
 
 
 @pytest.mark.parametrize("angle", [1, 90, 0.5, 1.5, 2.5, 5, -3.0, 6.5, 360, 4 * math.pi])
