@@ -84,9 +84,9 @@ def test_a_motion_that_has_ended_before_the_closing_looks_is_told_as_ended_early
     """Closing asks for its end first, and a quick robot has answered by then."""
     end_all = ActiveMotions.end_all
 
-    def late(motions: ActiveMotions, *arguments: float) -> list[str]:
+    def late(motions: ActiveMotions, why: str, seconds: float = 3.0) -> list[str]:
         until(lambda: not motions.goals)
-        return end_all(motions, *arguments)
+        return end_all(motions, why, seconds)
 
     monkeypatch.setattr(ActiveMotions, "end_all", late)
     with caplog.at_level(logging.INFO, ENDED_EARLY), SimulatedChassis(full_graph=False) as sim:
