@@ -220,20 +220,19 @@ def _longest_answer(url: str, sent: Callable[[int], bytes]) -> float:
     port, over, longest = int(url.rpartition(":")[2]), threading.Event(), [0.0]
 
     def ask() -> None:
-        with connect(url, compression=None) as client:
-            while not over.wait(0.02):
-                began = time.monotonic()
-                client.send(json.dumps({"type": "woosh.robot.Battery"}))
-                assert json.loads(client.recv(60.0))["ok"]
-                posts = http.client.HTTPConnection("127.0.0.1", port, timeout=60.0)
-                with closing(posts), suppress(ConnectionError, http.client.HTTPException):
-                    posts.request("POST", "/woosh/robot/Battery", "{}")
-                    posts.getresponse().read()
-                longest[0] = max(longest[0], time.monotonic() - began)
+        while not over.wait(0.02):
+            began = time.monotonic()
+            client.send(json.dumps({"type": "woosh.robot.Battery"}))
+            assert json.loads(client.recv(60.0))["ok"]
+            posts = http.client.HTTPConnection("127.0.0.1", port, timeout=60.0)
+            with closing(posts), suppress(ConnectionError, http.client.HTTPException):
+                posts.request("POST", "/woosh/robot/Battery", "{}")
+                posts.getresponse().read()
+            longest[0] = max(longest[0], time.monotonic() - began)
 
     thread = threading.Thread(target=ask)
-    thread.start()
-    with ExitStack() as stack:
+    with connect(url, compression=None) as client, ExitStack() as stack:
+        thread.start()
         try:
             for number in range(2000):
                 sock = stack.enter_context(socket.create_connection(("127.0.0.1", port), 60.0))
