@@ -65,6 +65,7 @@ class Robot:
 
     def __init__(self, sim: SimulatedChassis) -> None:
         self.sim = sim
+        assert sim._master is not None
         self._master, self._epoch = sim._master, sim._epoch
         self._servers = [s for s in sim.graph._keep if isinstance(s, rosproto.ActionServer)]
         _eventually(lambda: self._graph() == self._graph())
@@ -72,7 +73,7 @@ class Robot:
         self._listened = self._heard()
 
     def _graph(self) -> object:
-        with rosproto.MasterClient(self.sim.master_uri, "/pool") as client:
+        with rosproto.MasterClient(self._master.uri, "/pool") as client:
             state = client.get_system_state()
             names = [{name: sorted(nodes) for name, nodes in group.items()} for group in state]
             return names, sorted(client.get_param_names())

@@ -32,8 +32,9 @@ from woosh_pure.geometry import Pose2D
 from woosh_pure.hints import SIMULATED, Hints
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.maps.marks import SIMULATED_MARKS, text_of
+from woosh_pure.served_graph.stamped import fill_transforms, stamp
 from woosh_pure.sim.graph import Graph
-from woosh_pure.sim.message_builders import PERIODIC, fill_plan, fill_status, fill_transforms, stamp
+from woosh_pure.sim.message_builders import PERIODIC, fill_plan, fill_status
 from woosh_pure.sim.motions import PathMotion
 from woosh_pure.sim.navigation_client import NavigationClient
 from woosh_pure.sim.network import Network
@@ -170,7 +171,7 @@ class SimulatedChassis(Hints):
             assumed_types=self._assumed_types,
             own_master=self._master,
         )
-        self._graph.build()
+        self._graph.build_all()
         self._navigation = NavigationClient(self._graph, self.firmware, self.lock)
         self.world.tasks.drive = self._navigation.drive
         self._publish_static()

@@ -5,17 +5,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import rosproto
 from rosproto.action import ServerGoal, action_type
-from rosproto.codec import DynamicMessage
+from rosproto.codec import DynamicMessage, ServiceType
 from rosproto.node import LocalNodes, OwnDefinitionsOnly
 from woosh_pure import interface
 from woosh_pure.firmware.versions import Firmware
 from woosh_pure.interface.schema import Row
+from woosh_pure.served_graph.graph import ServedGraph, ignore
 from woosh_pure.sim.network import Network, RobotNode
 from woosh_pure.sim.planner import COSTMAP_TOPIC
 from woosh_pure.sim.ros_handlers import RosHandlers
@@ -38,12 +39,10 @@ _TOPICS_WITHOUT_PUBLISHER = {"/follow/remote_control_request": "woosh_msgs/IOs"}
 _ACTIONS_WITHOUT_SERVER = {"/xarm_base": "woosh_msgs/Arm"}
 
 
-class Graph:
-    """Nodes, publishers, subscribers, services and action servers, by name.
+class Graph(ServedGraph):
+    """All rows of the interface, on the nodes of a real chassis, through the simulated network.
 
     Attributes:
-        nodes: By name.
-        publishers: (node, topic) to publisher.
         heard: Last message on each written topic.
         costmap: Publisher of the navigation's costmap, which is not in the table (assumed).
     """
@@ -61,6 +60,7 @@ class Graph:
         assumed_types: bool,
         own_master: rosproto.Master | None,
     ) -> None:
+        super().__init__(server, self._make_node)
         self._uri, self._host, self._full = master_uri, host, full
         self._own_master = own_master is not None
         self._firmware = firmware
@@ -68,62 +68,44 @@ class Graph:
         self._network = network
         self._assumed_types = assumed_types
         self._server = server
-        self.nodes: dict[str, rosproto.Node] = {}
-        self.publishers: dict[tuple[str, str], rosproto.Publisher] = {}
         self.heard: dict[str, DynamicMessage] = {}
         self.costmap: rosproto.Publisher | None = None
-        self._keep: list[object] = []
-        self._building: ExitStack | None = None
         # Reported as TCPROS, as between the real nodes.
         self._robot = LocalNodes(told_as="TCPROS", master=own_master)
         self.internal_clients: dict[str, rosproto.ActionClient] = {}
 
-    def node(self, name: str) -> rosproto.Node:
-        """The node with a name, created on first use.
+    def _make_node(self, name: str) -> rosproto.Node:
+        """Make a node.
 
         Links to other programs are real sockets, also within this process; links between the robot's nodes
         are not.
         It refuses every definition but its own, as the real node does: the client must adapt.
         """
-        if name not in self.nodes:
-            node = RobotNode(
-                name,
-                self._network,
-                master_uri=self._uri,
-                host=self._host,
-                intraprocess=self._robot,
-                timeout=_MASTER_TIMEOUT[self._own_master],
-            )
-            if self._own_master:
-                # A restart is announced by `check_master_now`. Checks every second by forty nodes took most
-                # of the processor time of an idle robot.
-                node.watch_master(period=_PERIOD, full_check_every=_SELDOM)
-            node.definitions = OwnDefinitionsOnly()
-            if self._building is not None:
-                self._building.enter_context(node.batch())
-            self.nodes[name] = node
-        return self.nodes[name]
+        node = RobotNode(
+            name,
+            self._network,
+            master_uri=self._uri,
+            host=self._host,
+            intraprocess=self._robot,
+            timeout=_MASTER_TIMEOUT[self._own_master],
+        )
+        if self._own_master:
+            # A restart is announced by `check_master_now`. Checks every second by forty nodes took most
+            # of the processor time of an idle robot.
+            node.watch_master(period=_PERIOD, full_check_every=_SELDOM)
+        node.definitions = OwnDefinitionsOnly()
+        return node
 
-    def build(self) -> None:
+    def build_all(self) -> None:
         """Create all nodes and their parts."""
-        with ExitStack() as stack:
-            stack.callback(setattr, self, "_building", None)
-            self._building = stack  # each node registers what it has with one request, at the end
-            for row in interface.ROWS:
-                if not row.definition_known and not self._assumed_types:
-                    continue
-                builder = {
-                    "read": self._publish,
-                    "write": self._listen,
-                    "call": self._serve,
-                    "act": self._act,
-                }
-                builder[row.flow](row)
-            if self._full:
-                self._add_unconnected_endpoints()
-            self.client("/move_base")
-            grid = self._firmware.message_class("nav_msgs/OccupancyGrid")
-            self.costmap = self.node("/move_base").publisher(COSTMAP_TOPIC, grid, queue_size=1)
+        self.build(row for row in interface.ROWS if row.definition_known or self._assumed_types)
+
+    def _add_more(self) -> None:
+        if self._full:
+            self._add_unconnected_endpoints()
+        self.client("/move_base")
+        grid = self._firmware.message_class("nav_msgs/OccupancyGrid")
+        self.costmap = self.node("/move_base").publisher(COSTMAP_TOPIC, grid, queue_size=1)
 
     def _add_unconnected_endpoints(self) -> None:
         """Add the endpoints of /ros_interface for parts that this chassis does not have."""
@@ -131,7 +113,7 @@ class Graph:
         for topic, type_ in _TOPICS_WITHOUT_SUBSCRIBER.items():
             self._keep.append(node.publisher(topic, self._firmware.message_class(type_), queue_size=1))
         for topic, type_ in _TOPICS_WITHOUT_PUBLISHER.items():
-            self._keep.append(node.subscriber(topic, self._firmware.message_class(type_), callback=_ignore))
+            self._keep.append(node.subscriber(topic, self._firmware.message_class(type_), callback=ignore))
         for name, type_ in _ACTIONS_WITHOUT_SERVER.items():
             action = self._firmware.message_class(f"{type_}Action")
             self._keep.append(rosproto.ActionClient(node, name, action, status_timeout=None))
@@ -141,26 +123,23 @@ class Graph:
             return rosproto.define(row.type, _ASSUMED[row.type])
         return self._firmware.message_class(row.type)
 
-    def _publish(self, row: Row) -> None:
+    def publish(self, row: Row) -> None:
+        """Publish a topic by all its providers, and subscribe to it as the real nodes do."""
         latch = (
             bool(row.latched) or row.type in _ASSUMED or (row.name == "/robot_status" and self._latch_status)
         )
-        providers = row.providers if self._full else row.providers[:1]
-        type_ = self._class_of(row)
-        for name in providers:
-            publisher = self.node(name).publisher(row.name, type_, latch=latch, queue_size=10)
-            self.publishers[name, row.name] = publisher
+        for name in row.providers if self._full else row.providers[:1]:
+            super().publish(replace(row, providers=(name,), latched=latch))
         if self._full:
+            type_ = self._class_of(row)
             for name in row.listeners:
-                self._keep.append(self.node(name).subscriber(row.name, type_, callback=_ignore, queue_size=1))
+                self._keep.append(self.node(name).subscriber(row.name, type_, callback=ignore, queue_size=1))
 
-    def _listen(self, row: Row) -> None:
+    def listen(self, row: Row) -> None:
+        """Subscribe to a topic by all its providers, of which the first obeys."""
         providers = row.providers if self._full else row.providers[-1:]
         for index, name in enumerate(providers):
-            obey = self._server.topics.get(row.name, _ignore) if index == 0 else _ignore
-            type_ = self._class_of(row)
-            callback = partial(self._receive, row, obey)
-            self._keep.append(self.node(name).subscriber(row.name, type_, callback=callback, queue_size=10))
+            self._subscribe(row, name, self._server.topics.get(row.name, ignore) if index == 0 else ignore)
         if self._full:
             for name in row.written_by:
                 # Seen on the shelf's light strip: the robot itself writes to the alias.
@@ -178,7 +157,7 @@ class Graph:
         self.heard[topic] = message
         obey(message)
 
-    def _serve(self, row: Row) -> None:
+    def _service(self, row: Row) -> tuple[type[ServiceType], Callable[[DynamicMessage], DynamicMessage]]:
         firmware, handler = self._firmware, self._server.services[row.name]
         theirs = firmware.service_class(row.type)
         request, response = message_type(f"{row.type}Request"), message_type(f"{row.type}Response")
@@ -189,22 +168,24 @@ class Graph:
             self._network.travel()  # the response
             return firmware.convert(response(**answer), theirs._response_class)
 
-        self._keep.append(self.node(row.providers[0]).service_server(row.name, theirs, handle))
+        return theirs, handle
 
-    def _act(self, row: Row) -> None:
+    def _action(self, row: Row) -> tuple[type[DynamicMessage], Callable[[ServerGoal], object]]:
         handler = self._server.actions.get(row.name) or partial(self._server.accessory, row.type)
-        node = self.node(row.providers[0])
-        type_ = self._firmware.message_class(f"{row.type}Action")
 
         def handle(goal: ServerGoal) -> None:
             handler(RobotGoal(self._firmware, self._network, row.type, goal))
 
-        self._keep.append(rosproto.ActionServer(node, row.name, type_, handle))
+        return self._firmware.message_class(f"{row.type}Action"), handle
+
+    def _act(self, row: Row) -> None:
+        super()._act(row)
         if self._full:
             self.client(row.name)
+            type_ = self._firmware.message_class(f"{row.type}Action")
             for name in row.listeners:
                 goal = action_type(type_).action_goal
-                listener = self.node(name).subscriber(f"{row.name}/goal", goal, callback=_ignore)
+                listener = self.node(name).subscriber(f"{row.name}/goal", goal, callback=ignore)
                 self._keep.append(listener)
 
     def client(self, name: str) -> rosproto.ActionClient:
@@ -218,28 +199,10 @@ class Graph:
             )
         return self.internal_clients[name]
 
-    def first(self, topic: str) -> rosproto.Publisher | None:
-        """The publisher of a topic's content (that of the first provider)."""
-        row = interface.row(topic)
-        return self.publishers.get((row.providers[0], topic))
-
-    def is_heard(self, publisher: rosproto.Publisher) -> bool:
-        """Whether anybody but the robot's own nodes, which ignore what it measures, is connected."""
-        return any(name not in self.nodes for name in publisher.subscribers)
-
     def check_master_now(self) -> None:
         """Make every node register again, after the master was replaced."""
         for node in self.nodes.values():
             node.check_master_now()
-
-    def close(self) -> None:
-        """Close all nodes."""
-        for node in self.nodes.values():
-            node.close()
-
-
-def _ignore(message: DynamicMessage) -> None:
-    """Callback for topics that have no effect in the simulation."""
 
 
 class RobotGoal:

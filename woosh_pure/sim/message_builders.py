@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rosproto.codec import DynamicMessage
 from woosh_pure.geometry import Pose2D, Velocity
+from woosh_pure.served_graph.stamped import stamp
 from woosh_pure.sim.sensors import camera_depth, camera_picture, camera_points, cast
 from woosh_pure.sim.world import World
 from woosh_pure.values.messages import message_type, set_pose, set_yaw
@@ -17,14 +18,6 @@ from woosh_pure.values.messages import message_type, set_pose, set_yaw
 BEAMS = 360
 RANGE_MIN, RANGE_MAX = 0.05, 30.0
 _ANGLES = np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
-
-
-def stamp(message: DynamicMessage, frame: str, now: float) -> None:
-    """Fill a message's header."""
-    header = message.header
-    header.frame_id = frame
-    header.stamp.secs = int(now)
-    header.stamp.nsecs = int((now % 1.0) * 1e9)
 
 
 def _set_twist(target: DynamicMessage, velocity: Velocity) -> None:
@@ -190,19 +183,6 @@ def fill_plan(path: list[Pose2D], m: DynamicMessage, now: float) -> None:
         stamp(one, "map", now)
         set_pose(one.pose, pose)
         m.poses.append(one)
-
-
-def fill_transforms(m: DynamicMessage, now: float, *links: tuple[str, str, Pose2D]) -> None:
-    """tf2_msgs/TFMessage of (parent, child, pose) links."""
-    transform = message_type("geometry_msgs/TransformStamped")
-    m.transforms = []
-    for parent, child, pose in links:
-        one = transform()
-        stamp(one, parent, now)
-        one.child_frame_id = child
-        one.transform.translation.x, one.transform.translation.y = pose.x, pose.y
-        set_yaw(one.transform.rotation, pose.yaw)
-        m.transforms.append(one)
 
 
 PERIODIC: dict[str, tuple[Callable[[World, DynamicMessage, float], None], float]] = {

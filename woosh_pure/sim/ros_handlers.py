@@ -94,6 +94,7 @@ class RosHandlers:
             "/cmd_vel_control": self.step_control,
             "/navigation_mode": self.navigation_mode,
         }
+        self.checks: dict[str, Callable[[DynamicMessage], str | None]] = {}
 
     # -- services --------------------------------------------------------------------------------------------
 
