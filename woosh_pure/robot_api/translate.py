@@ -1,24 +1,33 @@
 """What ROS 1 and the Robot API say alike, as one table of pairs: a row of ROS 1 and a type of the API. Pure.
 
-Most fields only have other names, which a bridge to ROS 1 would read in the other direction. What ROS 1 does
-not tell is left out, which is the default there.
+Most fields only have other names. What ROS 1 does not tell is left out, which is the default of the API; a
+number that the API does not tell is NaN in ROS 1, which is not known, where the message has such numbers.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import reduce
 from operator import attrgetter
 from typing import Any, NamedTuple
 
 from woosh_pure.enums import RobotMode, RobotState, TaskState, WorkMode
 from woosh_pure.faults import FaultLevel, decode_status_code
-from woosh_pure.geometry import yaw_from_quaternion
-from woosh_pure.robot_api.wire import Values, enum
+from woosh_pure.geometry import Pose2D, yaw_from_quaternion
+from woosh_pure.interface.table import row as interface_row
+from woosh_pure.robot_api.wire import Values, enum, fields, messages
+from woosh_pure.values.messages import message_type, stamped_pose
 
 ROBOT = "woosh.robot."
 COUNT = "woosh.robot.count."
+SECTIONS = {one.key: one.type for one in fields(ROBOT + "RobotInfo") if one.type in messages()}
+"""Of RobotInfo; its `state` is a number."""
 _NOT_CHARGING, _BY_CABLE, _AT_STATION = 1, 2, 3  # Battery.ChargeState
+_NOT_TOLD = (
+    "batteryVoltage", "batteryCurrent", "timeRemain", "capacityRemain", "capacityFull", "capacityDesign",
+    "cellVoltageMax", "cellVoltageMin",
+)  # fmt: skip
 _DRIVES = {"differential": 0, "omnidirectional": 2}
 """`driverMethod` by `movebaseType`; other words are not known, and 0 is its default (assumed)."""
 
@@ -31,12 +40,14 @@ class Pair(NamedTuple):
         type_name: The type of the Robot API; a row may fill several, and a type come of several.
         names: Fields that are equal: path in the type, path in the message.
         others: The other fields of the type, of a message.
+        back: Sets the other fields of a message, of the values of a type.
     """
 
     row: str
     type_name: str
     names: Mapping[str, str]
     others: Callable[[Any], Values] = lambda _: {}
+    back: Callable[[Values, Any], object] = lambda values, message: None
 
 
 def to_api(row: str, message: Any) -> dict[str, Values]:
@@ -55,12 +66,39 @@ def _values(pair: Pair, message: Any) -> Values:
     return found
 
 
+def to_ros(row: str, values: Mapping[str, Values]) -> Any:
+    """The message of a row; None while a type that it comes of is not known.
+
+    Args:
+        row: The topic.
+        values: By type, as `wire.load` makes them.
+    """
+    pairs = [pair for pair in PAIRS if pair.row == row]
+    if any(pair.type_name not in values for pair in pairs):
+        return None
+    message = message_type(interface_row(row).type)()
+    for pair in pairs:
+        found = values[pair.type_name]
+        for path, there in pair.names.items():
+            *outer, name = path.split(".")
+            inner = reduce(lambda part, key: part.get(key, {}), outer, found)
+            if name in inner:  # else the sub-message is absent: all its fields have their defaults
+                *parts, field = there.split(".")
+                setattr(reduce(getattr, parts, message), field, inner[name])
+        pair.back(found, message)
+    return message
+
+
 # -- fields that differ --------------------------------------------------------------------------------------
 
 
 def _task(m: Any) -> Values:
     # The robot's own tasks may have negative numbers.
     return {"robotTaskId": m.task_id - 2**64 if m.task_id >= 2**63 else m.task_id}
+
+
+def _task_back(values: Values, m: Any) -> None:
+    m.task_id = values["robotTaskId"] % 2**64
 
 
 def _count(limit: int, value: float) -> int:
@@ -77,6 +115,18 @@ def _battery(m: Any) -> Values:
     }
 
 
+def _battery_back(values: Values, m: Any) -> None:
+    m.chargeStatus = int(values["chargeState"] >= _BY_CABLE)
+    m.chargeMode = int(values["chargeState"] == _AT_STATION)
+    m.tempMax = m.tempMin = min(values["tempMax"], 127)
+    for name in _NOT_TOLD:
+        setattr(m, name, math.nan)
+
+
+def _information_back(values: Values, m: Any) -> None:
+    m.movebaseType = {number: word for word, number in _DRIVES.items()}.get(values["driverMethod"], "")
+
+
 def _status_code(m: Any) -> Values:
     code = decode_status_code(m.data)
     return {"msg": code.english, "level": int(code.level)}
@@ -90,6 +140,16 @@ def _path(m: Any) -> Values:
     return {"path": {"poses": poses}}
 
 
+def _path_back(values: Values, m: Any) -> None:
+    m.header.frame_id = "map"
+    for pose in values.get("path", {}).get("poses", ()):
+        m.poses.append(stamped_pose(Pose2D(pose["x"], pose["y"], pose["theta"])))
+
+
+def _scan_back(values: Values, m: Any) -> None:
+    m.header.frame_id = "laser"
+
+
 PAIRS = (
     Pair(
         "/robot_status", ROBOT + "TaskProc",
@@ -98,21 +158,27 @@ PAIRS = (
             "action.type": "action_type", "action.state": "action_state", "action.waitId": "wait_id",
         },
         _task,
+        _task_back,
     ),
     Pair("/robot_status", ROBOT + "RobotState", {"state": "robot_state"}),
     Pair("/robot_status", ROBOT + "Mode", {"ctrl": "robot_mode", "work": "work_mode"}),
     Pair("/movebase_pose2d", ROBOT + "PoseSpeed", {f"pose.{name}": name for name in ("x", "y", "theta")}),
     Pair("/odom_twist", ROBOT + "PoseSpeed", {"twist.linear": "linear.x", "twist.angular": "angular.z"}),
-    Pair("/odometer", ROBOT + "PoseSpeed", {}, lambda m: {"mileage": _count(2**32 - 1, m.data)}),
+    Pair(
+        "/odometer", ROBOT + "PoseSpeed", {}, lambda m: {"mileage": _count(2**32 - 1, m.data)},
+        lambda values, m: setattr(m, "data", float(values["mileage"])),
+    ),
     Pair(
         "/battery", ROBOT + "Battery",
         {"power": "batteryPercentage", "chargeCycle": "chargeCycle", "batteryCycle": "batteryCycle"},
         _battery,
+        _battery_back,
     ),
     Pair(
         "/information", ROBOT + "General",
         {"version.system": "hardwareVersion", "version.rc": "softwareVersion"},
         lambda m: {"driverMethod": _DRIVES.get(m.movebaseType, 0)},
+        _information_back,
     ),
     Pair("/status_code", COUNT + "StatusCode", {"code": "data"}, _status_code),
     Pair(
@@ -122,8 +188,9 @@ PAIRS = (
             "timeIncrement": "time_increment", "scanTime": "scan_time", "rangeMin": "range_min",
             "rangeMax": "range_max", "ranges": "ranges",
         },
+        back=_scan_back,
     ),
-    Pair("/move_base/global_plan", ROBOT + "NavPath", {}, _path),
+    Pair("/move_base/global_plan", ROBOT + "NavPath", {}, _path, _path_back),
 )  # fmt: skip
 """/robot_status is three types of the API, and PoseSpeed three rows of ROS 1."""
 

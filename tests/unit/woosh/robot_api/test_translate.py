@@ -11,7 +11,7 @@ import pytest
 from woosh_pure.faults import FaultLevel
 from woosh_pure.interface.table import row as interface_row
 from woosh_pure.robot_api import wire
-from woosh_pure.robot_api.translate import COUNT, PAIRS, ROBOT, operation_state, path_driven, to_api
+from woosh_pure.robot_api.translate import COUNT, PAIRS, ROBOT, operation_state, path_driven, to_api, to_ros
 from woosh_pure.values.messages import message_type
 
 
@@ -145,3 +145,50 @@ def test_the_plan_of_a_goal_that_is_over_is_no_path() -> None:
     assert path_driven(state(task=3)) == values[ROBOT + "NavPath"]
     moving = {**values, ROBOT + "PoseSpeed": {"twist": {"linear": 0.0, "angular": 0.1}}}
     assert path_driven(moving) == values[ROBOT + "NavPath"]
+
+
+# -- back to ROS 1 -------------------------------------------------------------------------------------------
+
+
+def test_what_the_api_tells_of_a_row_comes_back_as_it_was() -> None:
+    """Each field that has a name on both sides."""
+    for name in sorted({pair.row for pair in PAIRS}):
+        pairs = [pair for pair in PAIRS if pair.row == name]
+        original = message(name)
+        for pair in pairs:
+            for number, there in enumerate(pair.names.values(), 1):
+                *outer, field = there.split(".")
+                part = original
+                for each in outer:
+                    part = getattr(part, each)
+                value = getattr(part, field)
+                setattr(part, field, str(number) if isinstance(value, str) else type(value)(number))
+        bodies = {kind: wire.dump(kind, told) for kind, told in to_api(name, original).items()}
+        back = to_ros(name, {kind: wire.load(kind, body) for kind, body in bodies.items()})
+        assert {kind: wire.dump(kind, told) for kind, told in to_api(name, back).items()} == bodies, name
+
+
+def test_a_row_of_several_types_needs_them_all() -> None:
+    values = {ROBOT + "TaskProc": wire.load(ROBOT + "TaskProc", {"robotTaskId": "-103", "state": 3})}
+    assert to_ros("/robot_status", values) is None
+    values[ROBOT + "RobotState"], values[ROBOT + "Mode"] = {"state": 4}, {"ctrl": 1, "work": 2}
+    status = to_ros("/robot_status", values)
+    assert (status.task_id, status.task_state, status.robot_state, status.work_mode) == (2**64 - 103, 3, 4, 2)
+
+
+def test_what_the_battery_does_not_tell_is_not_a_number() -> None:
+    body = {"power": 83, "chargeState": 3, "tempMax": 27}
+    battery = to_ros("/battery", {ROBOT + "Battery": wire.load(ROBOT + "Battery", body)})
+    assert (battery.batteryPercentage, battery.chargeStatus, battery.chargeMode) == (83, 1, 1)
+    assert math.isnan(battery.batteryVoltage)
+    assert math.isnan(battery.capacityFull)
+
+
+def test_a_path_and_versions_come_back() -> None:
+    path = {"path": {"poses": [{"x": 1.0, "y": 2.0, "theta": 0.5}]}}
+    nav = to_ros("/move_base/global_plan", {ROBOT + "NavPath": wire.load(ROBOT + "NavPath", path)})
+    assert nav.header.frame_id == "map"
+    assert (nav.poses[0].pose.position.x, nav.poses[0].pose.position.y) == (1.0, 2.0)
+    body = {"version": {"rc": "1.1"}, "driverMethod": 2}
+    general = to_ros("/information", {ROBOT + "General": wire.load(ROBOT + "General", body)})
+    assert (general.softwareVersion, general.movebaseType) == ("1.1", "omnidirectional")
