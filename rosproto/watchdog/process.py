@@ -11,6 +11,7 @@ may need a while to shut down, and is watched until then.
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import queue
@@ -22,11 +23,13 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from rosproto.codec import decode, define, service_class
 from rosproto.errors import RosError
 from rosproto.node import Node, PreparedCall
+from rosproto.protocol.wire_limits import Limits
+from rosproto.transport import Deadline, HttpClient
 from rosproto.transport.uri import same_uri
 from rosproto.watchdog.protocol import (
     READY_SECONDS,
@@ -36,6 +39,7 @@ from rosproto.watchdog.protocol import (
     Drop,
     LastCall,
     LastMessage,
+    LastRequest,
     Line,
     Prepare,
     Ready,
@@ -156,6 +160,52 @@ class _LastMessage:
         self._publisher.close()
 
 
+class _LastRequest:
+    """A request over HTTP; each round sends it, one after the other, in a thread."""
+
+    def __init__(self, request: LastRequest) -> None:
+        self._request = request
+        headers = {"Content-Type": "application/json", **request.headers}
+        self._client = HttpClient(request.uri, limits=Limits(), headers=headers)
+        self._turn = threading.Lock()
+        self.problem, self.done = "", False
+        self._post(request.ask_path, "{}", CONNECT_SECONDS)
+
+    def _post(self, path: str, body: str, seconds: float) -> dict[str, Any]:
+        response = self._client.post(path, body.encode(), Deadline(seconds), path=path)
+        answer: dict[str, Any] = json.loads(response.body)
+        return answer
+
+    def send(self) -> None:
+        """Send it; a thread waits for the answer."""
+        threading.Thread(target=self._work, name="rosproto:last request", daemon=True).start()
+
+    def _work(self) -> None:
+        with self._turn:
+            if self.done and self._request.only_if:
+                return
+            try:
+                if not self._is_other():
+                    self._post(self._request.path, self._request.body, CALL_SECONDS)
+                self.done = True
+            except (RosError, ValueError):
+                pass  # sent again in the next round
+
+    def _is_other(self) -> bool:
+        """Whether the server is known to do something else than this request is about."""
+        if not self._request.only_if:
+            return False
+        key, wanted = self._request.only_if
+        try:
+            told = self._post(self._request.ask_path, "{}", CALL_SECONDS)["body"]
+            return str(told.get(key, wanted)) != wanted
+        except (RosError, ValueError, KeyError, AttributeError):
+            return False  # in doubt it is stopped
+
+    def close(self) -> None:
+        self._client.close()
+
+
 @dataclass
 class _Watch:
     """A watch that was prepared, as far as that succeeded.
@@ -171,7 +221,7 @@ class _Watch:
     """
 
     line: Prepare
-    parts: list[_LastMessage | _LastCall]
+    parts: list[_LastMessage | _LastCall | _LastRequest]
     complete: bool = False
     failed: str = ""
     reported: str = ""
@@ -297,14 +347,17 @@ class WatchdogProcess:
         """Run in a thread: the master may be slow, and other watches go on meanwhile."""
         watch = _Watch(line, [])
         try:
-            node = self._node(line.watched, repair=repair)
+            node = partial(self._node, line.watched, repair=repair)
+            if not line.requests:
+                node()  # requests need none
             for message in line.messages:
-                watch.parts.append(_LastMessage(node, message))
+                watch.parts.append(_LastMessage(node(), message))
             for call in line.calls:
-                watch.parts.append(_LastCall(node, call))
+                watch.parts.append(_LastCall(node(), call))
+            watch.parts += map(_LastRequest, line.requests)
             messages = [each for each in watch.parts if isinstance(each, _LastMessage)]
             if messages:
-                subscribers = node.master.get_system_state(timeout=CONNECT_SECONDS).subscribers
+                subscribers = node().master.get_system_state(timeout=CONNECT_SECONDS).subscribers
                 for each in messages:
                     each.expect(subscribers)
             watch.complete = True
@@ -406,7 +459,7 @@ class WatchdogProcess:
         for node in list(self._nodes.values()):
             node.close()
 
-    def _acting(self) -> list[_LastMessage | _LastCall]:
+    def _acting(self) -> list[_LastMessage | _LastCall | _LastRequest]:
         return [each for key in self._table.armed for each in self._ready[key].parts]
 
 
@@ -418,7 +471,7 @@ def _lost_its_name(node: Node) -> bool:
         return False  # not registered yet, or the master is away
 
 
-def _try(each: _LastMessage | _LastCall) -> None:
+def _try(each: _LastMessage | _LastCall | _LastRequest) -> None:
     """Send it; if it fails, the others are still sent."""
     try:
         each.send()

@@ -89,6 +89,27 @@ class LastCall:
 
 
 @dataclass(frozen=True, slots=True)
+class LastRequest:
+    """A POST over HTTP when the program has ended, to a server that answers `{"ok": ..., "body": {...}}`.
+
+    Attributes:
+        uri: Of the server.
+        path, body: The request, JSON.
+        ask_path: A request that only asks, with the body {}: it opens the connection in advance.
+        only_if: A key of the body of its answer, and the value as text: with another one nothing is sent. It
+            is sent if that cannot be asked. Empty: sent in any case, in each round.
+        headers: Of HTTP.
+    """
+
+    uri: str
+    path: str
+    body: str
+    ask_path: str
+    only_if: tuple[str, ...] = ()
+    headers: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class Prepare:
     """Prepare to send this; the reply is `Ready`."""
 
@@ -96,6 +117,7 @@ class Prepare:
     watched: WatchedNode
     messages: tuple[LastMessage, ...] = ()
     calls: tuple[LastCall, ...] = ()
+    requests: tuple[LastRequest, ...] = ()
     armed: bool = True
 
 
@@ -173,6 +195,9 @@ def read_line(data: bytes) -> Line:
             )
             fields["messages"] = tuple(LastMessage(**_with_bytes(each)) for each in fields["messages"])
             fields["calls"] = tuple(LastCall(**_with_bytes(each)) for each in fields["calls"])
+            fields["requests"] = tuple(
+                LastRequest(**{**each, "only_if": tuple(each["only_if"])}) for each in fields["requests"]
+            )
         elif kind is Arm:
             fields["data"] = tuple(base64.b64decode(each) for each in fields["data"])
         elif kind is Sent:

@@ -14,6 +14,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from rosproto.errors import RemoteProtocolError
 from rosproto.logs import get_logger
@@ -27,6 +28,7 @@ from rosproto.watchdog.protocol import (
     Heartbeat,
     LastCall,
     LastMessage,
+    LastRequest,
     Line,
     Prepare,
     Ready,
@@ -109,7 +111,7 @@ class Watch:
     def lines(self) -> tuple[Line, ...]:
         """The lines for a new process."""
         line = self._line
-        prepare = Prepare(line.key, line.watched, line.messages, line.calls, armed=False)
+        prepare = replace(line, armed=False)
         return (prepare, Arm(line.key, self._data)) if self.armed else (prepare,)
 
     def forgotten(self) -> None:
@@ -200,6 +202,7 @@ class Watchdog:
         *,
         messages: Sequence[LastMessage] = (),
         calls: Sequence[LastCall] = (),
+        requests: Sequence[LastRequest] = (),
         armed: bool = True,
     ) -> Watch:
         """Add a watch and wait until the watchdog could stop it at once: call this before the motion.
@@ -210,10 +213,11 @@ class Watchdog:
             watched: Our node and its graph.
             messages: Published when this program has ended.
             calls: Called then.
+            requests: Sent then.
             armed: It moves from now on; else call `Watch.arm`.
         """
         self.start()
-        line = Prepare(next(self._keys), watched, tuple(messages), tuple(calls), armed)
+        line = Prepare(next(self._keys), watched, tuple(messages), tuple(calls), tuple(requests), armed)
         watch = Watch(self, line)
         if self._failed or self._closed or self._begun_in != os.getpid():
             return watch

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosproto.errors import RemoteProtocolError
-from rosproto.watchdog import LastCall, LastMessage, WatchedNode, is_watchdog_name
+from rosproto.watchdog import LastCall, LastMessage, LastRequest, WatchedNode, is_watchdog_name
 from rosproto.watchdog.protocol import (
     PAUSES,
     ROUNDS,
@@ -34,6 +34,11 @@ EVERY_LINE: list[Line] = [
         WatchedNode("http://10.0.0.7:11311", "/laptop", "10.0.0.2", {"robot": "10.0.0.7"}, ("/defs",)),
         (LastMessage("/cmd_vel", "geometry_msgs/Twist", "Vector3 linear\n", b"\x00\xff"),),
         (LastCall("/exec_task", "woosh_msgs/ExecTask", b"\x01"),),
+        (
+            LastRequest(
+                "http://10.0.0.7:5480/", "/stop", "{}", "/task", ("id", "7"), {"Authorization": "Basic x"}
+            ),
+        ),
         armed=False,
     ),
     Arm(7, (b"\x00\x80",)),
