@@ -165,7 +165,8 @@ class Screen:
         bar = self._signs["full"] * full + self._signs["empty"] * (10 - full)
         colour = "red" if b.percent < 20 else "yellow" if b.percent < 40 else "green"
         yield [(f"{'battery':9s}", "dim"), (f"{bar} {b.percent} %", colour)]
-        yield [(f"{'':9s}{b.voltage:.1f} V {b.current:.1f} A", "")]
+        if b.measured:
+            yield [(f"{'':9s}{b.voltage:.1f} V {b.current:.1f} A", "")]
         if b.charging:
             yield [(f"{'':9s}charging", "green")]
 

@@ -131,7 +131,7 @@ class ChassisMonitor:
     def _on_battery(self, battery: Battery) -> None:
         facts = self._facts
         before = (facts.percent is None, facts.charging)
-        facts.percent, facts.voltage = float(battery.percent), battery.voltage
+        facts.percent, facts.voltage = float(battery.percent), battery.voltage if battery.measured else None
         facts.charging = battery.charging
         if before != (False, facts.charging):
             self._flag("status")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -55,7 +56,10 @@ class RobotStatus:
 
 @dataclass(frozen=True, slots=True)
 class Battery:
-    """/battery. Units: V, A, °C, Ah; `time_remaining` is passed on as it comes (the page gives no unit)."""
+    """/battery. Units: V, A, °C, Ah; `time_remaining` is passed on as it comes (the page gives no unit).
+
+    The Robot API tells no voltages, currents, capacities and times: they are NaN, and `measured` is false.
+    """
 
     percent: int
     charge_mode: ChargeMode
@@ -74,6 +78,11 @@ class Battery:
     cell_voltage_min: float
     bms_status: int
     submodule: int = 0
+
+    @property
+    def measured(self) -> bool:
+        """Whether voltage, current and capacity are known."""
+        return not math.isnan(self.voltage)
 
     @property
     def charging(self) -> bool:

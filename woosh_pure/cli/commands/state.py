@@ -81,7 +81,9 @@ def _status_line(name: str, reading: Reading[Any] | None) -> str:
             task=task_words(v),
         ),
         "battery": lambda: say(
-            "{percent} %, {volts:.1f} V, {amperes:.1f} A, {charge}",
+            "{percent} %, {volts:.1f} V, {amperes:.1f} A, {charge}"
+            if v.measured
+            else "{percent} %, {charge}",
             percent=v.percent,
             volts=v.voltage,
             amperes=v.current,
@@ -175,7 +177,8 @@ def run_battery(args: Namespace, out: Output) -> int:
         ),
     }
     for name, text in rows.items():
-        out.line(out.cell(name, 12), text)
+        if b.measured or name not in ("voltage", "current", "capacity"):
+            out.line(out.cell(name, 12), text)
     out.result(b)
     return 1 if args.below is not None and b.percent < args.below else 0
 
