@@ -288,7 +288,7 @@ CHASSIS_FLOORS = [
     "doctor readiness stopping",
     "components",
     "motion readings velocity",
-    "peripherals sim",
+    "api_bridge peripherals sim",
     "chassis",
     "aio api_server fleet foxglove selftest web woosh_pure",
     "cli pytest_plugin",

@@ -18,6 +18,8 @@ from woosh_pure.interface.listed import LISTED
 from woosh_pure.interface.rows import ROWS
 from woosh_pure.interface.schema import Row
 from woosh_pure.interface.table import row
+from woosh_pure.robot_api.commands import COMMANDS
+from woosh_pure.robot_api.translate import PAIRS
 
 __all__ = ["VERBS", "Verb", "how", "page"]
 
@@ -89,8 +91,9 @@ _BEHIND = """\
 
 "page" rows are on the vendor's interface page; "seen" rows were seen on a real chassis only, so yours may not
 have them; "package" rows are types of the vendor's message package whose names are not documented: they are
-found by their type, and the name here is the simulator's. Rows marked ⚠ bypass the chassis's own obstacle
-avoidance, collision detection and limits.
+found by their type, and the name here is the simulator's. "Robot API" is the type that tells or does the same
+on port 5480 ([The Robot API](robot-api.md)); rows with "-" are missing at a robot that has only that. Rows
+marked ⚠ bypass the chassis's own obstacle avoidance, collision detection and limits.
 """
 
 _NOTES = """\
@@ -118,6 +121,13 @@ These are the fields, values and limits of the woosh_msgs types that the vendor'
 and the spelling of the wire. The definitions in `msgdefs/woosh_msgs` say the same, and how the page differs.
 """
 
+_MORE_API = {
+    "/amcl_pose": ("woosh.robot.PoseSpeed",),
+    "/tf": ("woosh.robot.PoseSpeed",),
+    "/aic_map_server/get_map": ("woosh.map.SceneData",),
+}
+"""What the bridge makes of other types than the tables of pairs have."""
+
 DEFINITIONS = Path(__file__).resolve().parent.parent / "msgdefs"
 _FIELD = re.compile(
     r"^(?P<type>[\w/]+(?:\[\d*\])?)\s+(?P<name>\w+)(?:\s*=\s*(?P<value>\S+))?\s*(?:#\s*(?P<comment>.*))?$"
@@ -137,6 +147,14 @@ def how(found: Row) -> str:
     if found.flow == "read":
         return f'`feed("{found.name}")`'
     return "on purpose by no verb" if found.bypasses_protection else f'`send("{found.name}", message)`'
+
+
+def api_of(found: Row) -> str:
+    """What the Robot API has for a row, as far as it can stand for it; "-" without."""
+    types = [pair.type_name for pair in PAIRS if pair.row == found.name]
+    types += [command.type_name for command in COMMANDS if command.row == found.name]
+    types += _MORE_API.get(found.name, ())
+    return ", ".join(f"`{name.removeprefix('woosh.')}`" for name in dict.fromkeys(types)) or "-"
 
 
 def _sentence(verb: Verb) -> str:
@@ -179,7 +197,8 @@ def _row_lines(flow: str) -> Iterator[list[str]]:
             if found.name_assumed:
                 change += "; **the name is our assumption**: it is found by its type"
             name = ", ".join(f"`{n}`" for n in (found.name, *found.aliases)) + mark
-            yield [name, f"`{found.type}`", how(found), found.meaning + change, found.unit, found.source]
+            meaning, source = found.meaning + change, found.source
+            yield [name, f"`{found.type}`", how(found), meaning, found.unit, source, api_of(found)]
 
 
 def _field_tables() -> Iterator[str]:
@@ -229,7 +248,7 @@ def page() -> str:
         ("act", "Actions"),
     ):
         lines += ["", f"### {title}"]
-        titles = ("name", "type", "in `Chassis`", "meaning", "unit; frame", "source")
+        titles = ("name", "type", "in `Chassis`", "meaning", "unit; frame", "source", "Robot API")
         lines += _table(titles, _row_lines(flow))
     lines.append(_LISTED.rstrip())
     named = (

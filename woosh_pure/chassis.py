@@ -22,7 +22,11 @@ from rosproto.transport import Deadline, HostNames, is_loopback, parse_uri
 from rosproto.watchdog import Watchdog
 from woosh_pure import interface
 from woosh_pure.components import Components
-from woosh_pure.connection.arguments import MAX_TIMEOUT_SECONDS, master_uri_of, require_timeout
+from woosh_pure.connection.arguments import (
+    MAX_TIMEOUT_SECONDS,
+    master_uri_of,
+    require_timeout,
+)
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS
@@ -36,6 +40,7 @@ from woosh_pure.peripherals import Peripherals
 from woosh_pure.readings import Readings
 from woosh_pure.reasons import Readiness
 from woosh_pure.robot_api.background import Background
+from woosh_pure.robot_api.http import ApiAddress, only_robot_api
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.stopping.stop import stop as _stop
 from woosh_pure.stopping.stop import stop_seconds
@@ -45,6 +50,7 @@ from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLim
 
 if TYPE_CHECKING:
     from woosh_pure import aio, values
+    from woosh_pure.api_bridge.bridge import ApiBridge
     from woosh_pure.robot_api.api import RobotApi
 
 __all__ = ["Chassis", "components_of"]
@@ -55,6 +61,10 @@ _log = get_logger("woosh_pure.chassis")
 _SETTLED = 0.3
 # Time limits of steps that Ctrl-C does not end; longer than the limits of their parts.
 _CLOSED = "this Chassis is closed"
+_NO_WATCHDOG = (
+    "{uri}: if this program is killed, the robot must end a velocity by itself, and tasks and goals go on; "
+    "watchdog=True ends them"
+)
 _CLOSE_SECONDS, _LEAVE_SECONDS = 30.0, 10.0
 _CANCEL_SECONDS, _LATE_SECONDS = 3.0, 1.0  # for `close` to cancel goals; for goals that it finds afterwards
 
@@ -74,7 +84,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
 
     Args:
         address: "169.254.128.2", "host:port" or a master URI; None takes $ROS_MASTER_URI, else the robot that
-            `woosh connect` has saved.
+            `woosh connect` has saved. "ws://host:5480" is a robot that has only the Robot API (extra `api`).
         name: Prefix of our node's name.
         host: Our own address as the robot reaches it; None finds it from the route to the master.
         timeout: Default time limit for connecting and for services, s.
@@ -128,24 +138,31 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         self._robot_api: RobotApi | None = None
         self._making_api = threading.Lock()
         self._robot_api_at, self._names = robot_api, names
+        self._bridge: ApiBridge | None = None
+        api = only_robot_api(self.master_uri, robot_api)
+        if api is not None and not watchdog:
+            _log.info("%s", say(_NO_WATCHDOG, uri=self.master_uri))
         if isinstance(robot_api, str):
             self._robot_api = self._new_robot_api()  # an invalid address is refused here
 
         def new_node() -> rosproto.Node:
+            bridged = "" if api is None else self._bridged(api)
             return rosproto.Node(
                 name,
-                master_uri=self.master_uri,
-                host=host,
+                master_uri=bridged or self.master_uri,
+                host="127.0.0.1" if bridged else host,
                 anonymous=True,
                 timeout=timeout,
                 msg_path=folders,
                 resolve=names,
             )
 
-        connection = Connection(self.master_uri, new_node, timeout=timeout, msg_path=folders)
+        connection = Connection(self.master_uri, new_node, timeout=timeout, msg_path=folders, robot_api=api)
         facts = Background(lambda: self.robot_api.facts(), 1.0)
         # On this computer another robot may be at the usual port: a simulator, beside a tunnel to this one.
-        asked = robot_api is not False and (robot_api or not is_loopback(parse_uri(self.master_uri)[0]))
+        asked = robot_api is not False and (
+            robot_api or api is not None or not is_loopback(parse_uri(self.master_uri)[0])
+        )
         self._components = Components(
             connection, leave_running=leave_running, watchdog=watchdog, robot_facts=facts if asked else None
         )
@@ -181,7 +198,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         if self._robot_api is not None:
             self._robot_api.close()
         try:
-            motions.executor.do(self._components.close, _LEAVE_SECONDS)
+            motions.executor.do(self._leave, _LEAVE_SECONDS)
         except RosTimeout as late:
             # A frame that a signal handler has interrupted may hold a lock: closing continues afterwards.
             _log.debug("! leaving the graph: %s", late)
@@ -193,6 +210,26 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
                     what="; ".join(problems),
                 )
             )
+
+    def _leave(self) -> None:
+        self._components.close()
+        if self._bridge is not None:
+            self._bridge.close()
+
+    def _bridged(self, api: ApiAddress) -> str:
+        """The master of the graph in this process."""
+        if self._bridge is None:
+            from woosh_pure.api_bridge.bridge import ApiBridge
+
+            hosts = HostNames(self._names, master=api.host, quiet=True)
+            self._bridge = ApiBridge(api, hosts=hosts, on_refused=self._note_refused).start()
+        return self._bridge.master_uri
+
+    def _note_refused(self, why: str) -> None:
+        """End the drives: the robot has refused a velocity."""
+        self._components.readiness_state.refusals.note(why, time.monotonic())
+        for drive in self._components.motions.drives:
+            drive.halt(why)
 
     def _end(self) -> list[str]:
         motions = self._components.motions

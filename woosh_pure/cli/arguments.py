@@ -113,6 +113,8 @@ def simulated_marks(args: argparse.Namespace) -> dict[str, UserMark]:
 
     try:
         uri, hosts = master_uri_of(chosen(args)[0]), HostNames(names(args))
+        if uri.startswith("ws://"):
+            return {}  # a real robot's are those of `robot_marks`
         with MasterClient(uri, "/woosh_marks", timeout=1.0, hosts=hosts) as master:
             return reported_marks(master.get_param)
     except (RosError, ValueError):  # no address, or nobody there: the caller finds out

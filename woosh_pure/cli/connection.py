@@ -34,6 +34,25 @@ def address_of(
     return chosen(args)
 
 
+def graph_of(args: Namespace, out: Output, stack: ExitStack) -> tuple[str, str | None]:
+    """Return the URI of the chassis's master and our own address, for a command with a node of its own.
+
+    A robot that has only the Robot API gets its graph in this process, until the end of `stack`.
+    """
+    from rosproto.transport import HostNames
+    from woosh_pure.connection.arguments import master_uri_of
+    from woosh_pure.robot_api.http import only_robot_api
+
+    address, host = address_of(args, out, stack)
+    uri = master_uri_of(address)
+    given = robot_api_of(args)
+    if (api := only_robot_api(uri, given)) is None:
+        return uri, host
+    from woosh_pure.api_bridge.bridge import ApiBridge
+
+    return stack.enter_context(ApiBridge(api, hosts=HostNames(names(args)))).master_uri, "127.0.0.1"
+
+
 def chosen(args: Namespace) -> tuple[str | None, str | None]:
     """Return the chassis's address and our own, by the common options.
 

@@ -15,6 +15,8 @@ VENDOR_ADDRESS = "169.254.128.2"
 def master_uri_of(address: str | None) -> str:
     """The master URI of "169.254.128.2", "robot:11311", "http://robot:11311/" or None.
 
+    Of a robot that has only the Robot API it is "ws://robot:5480".
+
     Raises:
         ValueError: None was given and $ROS_MASTER_URI is not set, or the text is not an address.
     """
@@ -41,6 +43,13 @@ def _as_uri(address: str | None) -> str:
         wrong = "{address!r} is not an address; give text, a host such as {example!r}"
         raise ValueError(say(wrong, address=address, example=VENDOR_ADDRESS))
     text = address.strip()
+    if text.startswith("ws://"):
+        from rosproto.transport import make_uri
+        from woosh_pure.robot_api.http import only_robot_api
+
+        api = only_robot_api(text)
+        assert api is not None
+        return make_uri(api.host, api.port, "ws").removesuffix("/")
     if "://" in text:
         if not text.startswith("http://"):
             wrong = "{address}: a master URI starts with http://, for example {example}"

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rosproto
 from rosproto.errors import ConnectionLost, RosError
@@ -18,6 +18,9 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import Deadline
 from rosproto.watchdog import WatchedNode, watched_node_of
+
+if TYPE_CHECKING:
+    from woosh_pure.robot_api.http import ApiAddress
 
 logger = get_logger("woosh_pure.connection")
 _MAKING = 3.0  # seconds; work that a signal handler has interrupted continues only afterwards
@@ -35,6 +38,7 @@ class Connection:
     Attributes:
         before_close: Called with the reason before the node closes, while it still works.
         making: Lock, held while something is made that lives until `close`. That may take long.
+        robot_api: Where a robot is that has only the Robot API; None of one with ROS 1.
     """
 
     def __init__(
@@ -44,7 +48,9 @@ class Connection:
         *,
         timeout: float,
         msg_path: Sequence[str | os.PathLike[str]] = (),
+        robot_api: ApiAddress | None = None,
     ) -> None:
+        self.robot_api = robot_api
         self.master_uri, self.new_node, self.timeout = master_uri, new_node, timeout
         self._msg_path = msg_path
         self.before_close: Callable[[str], object] = lambda reason: None

@@ -33,6 +33,7 @@ from woosh_pure.errors import ApiRefused
 from woosh_pure.feed.feed import Feed
 from woosh_pure.interface.schema import Row
 from woosh_pure.robot_api.api import RobotApi, robot_api_at
+from woosh_pure.robot_api.http import only_robot_api
 from woosh_pure.values.messages import message_type
 
 CORE = ("/robot_status", "/exec_task", "/move_base")
@@ -40,6 +41,7 @@ CORE = ("/robot_status", "/exec_task", "/move_base")
 _CABLE = ipaddress.ip_network("169.254.128.0/24")
 _FIRST, _LAST = ipaddress.IPv4Address("169.254.128.20"), ipaddress.IPv4Address("169.254.128.49")
 _RATE_SECONDS = 0.3  # a shorter time says nothing about a rate: messages arrive in bursts
+_ASKED, _SLOW_MS = 20, 150.0
 _HARMLESS = "/rgbled"
 """Advertised without publishing: the chassis's node still connects back to us."""
 
@@ -71,9 +73,13 @@ def examine(
     yield _own_address(address, port, host)
     reached = _reach(address, port, timeout)
     yield reached
-    if robot_api is not False:
-        with closing(robot_api_at(robot_api, master_uri, resolve)) as api:
+    without_ros = only_robot_api(master_uri) is not None
+    if robot_api is not False or without_ros:
+        with closing(robot_api_at(robot_api or None, master_uri, resolve)) as api:
             yield _robot_api(api)
+            if without_ros:
+                yield _latency(api)
+                return
     if reached.level is Level.PROBLEM:
         return
     with rosproto.MasterClient(master_uri, "/woosh_doctor", timeout=timeout, hosts=hosts) as client:
@@ -194,6 +200,25 @@ def _robot_api(api: RobotApi) -> Finding:
         scene=scene.name,
         marks=len(marks),
     )
+
+
+def _latency(api: RobotApi) -> Finding:
+    """How long an answer takes: a velocity is on its way as long, and so is a stop."""
+    times = []
+    try:
+        for _ in range(_ASKED):
+            began = time.monotonic()
+            api.request("OperationState")
+            times.append(1000.0 * (time.monotonic() - began))
+    except RosError as error:
+        advice = "another program may use that port; see docs/robot-api.md"
+        return bad("latency", "the Robot API does not answer: {error}", advice, error=error)
+    median = statistics.median(times)
+    text = "the Robot API answers within {median:.0f} ms (median of {count})"
+    if median <= _SLOW_MS:
+        return ok("latency", text, median=median, count=_ASKED)
+    advice = "driving by velocity is not advisable: it would be obeyed, and stopped, so much later"
+    return warn("latency", text, advice, median=median, count=_ASKED)
 
 
 def _there(page: int, missing: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ from rosproto.transport import Deadline, HostNames, parse_uri
 from woosh_pure.enums import RobotState
 from woosh_pure.errors import ChassisError, MotionRefused
 from woosh_pure.robot_api import values, wire
-from woosh_pure.robot_api.http import ApiRequests, api_address
+from woosh_pure.robot_api.http import ApiRequests, api_address, only_robot_api
 
 SCENE_SECONDS = 30.0
 """Seconds for an answer with pictures of maps."""
@@ -241,7 +241,7 @@ def robot_api_at(
     if given is False:
         return RobotApi(None, require_free_base)
     host = parse_uri(master_uri)[0]
-    address = api_address(given if isinstance(given, str) else "", host)
+    address = only_robot_api(master_uri, given) or api_address(given if isinstance(given, str) else "", host)
     return RobotApi(ApiRequests(address, HostNames(resolve, master=host, quiet=True)), require_free_base)
 
 

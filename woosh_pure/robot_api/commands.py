@@ -278,3 +278,9 @@ COMMANDS = (
 )  # fmt: skip
 """Of a type, the first is what a request becomes. The charge control of ROS 1 means something else."""
 _BY_TYPE: dict[str, Command] = {command.type_name: command for command in reversed(COMMANDS)}
+
+
+def cancel_of(action: str) -> tuple[str, Values]:
+    """The request that cancels what an action does; of one that the Robot API lacks, an empty CallAction."""
+    kinds = (_MEMBERS.get(command.type_name, "") for command in COMMANDS if command.row == action)
+    return CALL, {member: {"action": int(StepControlMode.CANCEL)} for member in kinds if member}

@@ -28,8 +28,8 @@ from woosh_pure.robot_api import wire
 
 FIRST_SECONDS, PAUSE_SECONDS = 1.5, 60.0
 MAX_BYTES, MAX_VALUES, MAX_NESTING = 32 << 20, 100_000, 24
-_FIRST = "woosh.robot.RobotState"
-_read = JsonReader(MAX_VALUES, MAX_NESTING).read
+_FIRST, _WEBSOCKET = "woosh.robot.RobotState", "ws://"
+read_json = JsonReader(MAX_VALUES, MAX_NESTING).read
 _log = get_logger("woosh_pure.robot_api")
 
 
@@ -60,6 +60,32 @@ def api_address(given: str, host: str = "") -> ApiAddress:
     return found
 
 
+def only_robot_api(uri: str, given: str | bool | None = None) -> ApiAddress | None:
+    """The address of a robot that has only the Robot API; None of one with a master.
+
+    Args:
+        uri: Of the robot, "ws://host:port" if it has only the Robot API.
+        given: Another address, with name and password, as for `Chassis(robot_api=...)`.
+
+    Raises:
+        ValueError: One is not an address, or name and password are in `uri`, which is printed.
+    """
+    if not uri.startswith(_WEBSOCKET):
+        return None
+    found = api_address(uri.removeprefix(_WEBSOCKET).removesuffix("/"))
+    if found.user:
+        raise ValueError("give name and password as robot_api='user:password@host:port'")
+    return api_address(given, found.host) if isinstance(given, str) else found
+
+
+def authorization(address: ApiAddress) -> dict[str, str]:
+    """The header with the name and password of an address; empty if it has none."""
+    if not address.user:
+        return {}
+    secret = base64.b64encode(f"{address.user}:{address.password}".encode())
+    return {"Authorization": f"Basic {secret.decode('ascii')}"}
+
+
 class ApiRequests:
     """The questions to one robot. From any thread; they take turns.
 
@@ -70,10 +96,7 @@ class ApiRequests:
 
     def __init__(self, address: ApiAddress, hosts: HostNames | None = None) -> None:
         self._uri = make_uri(address.host, address.port)
-        headers = {"Content-Type": "application/json"}
-        if address.user:
-            secret = base64.b64encode(f"{address.user}:{address.password}".encode())
-            headers["Authorization"] = f"Basic {secret.decode('ascii')}"
+        headers = {"Content-Type": "application/json", **authorization(address)}
         limits = Limits(xml_body_bytes=MAX_BYTES)
         self._client = HttpClient(self._uri, limits=limits, hosts=hosts, headers=headers)
         self._turn = threading.Lock()
@@ -152,7 +175,7 @@ class ApiRequests:
         if response.status == 401:
             raise self._locked(request)
         try:
-            found = _read(response.body)
+            found = read_json(response.body)
             answer = found[0] if found else None
         except JsonError as error:
             raise self._wrong(request, str(error)) from error

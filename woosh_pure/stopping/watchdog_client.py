@@ -1,7 +1,7 @@
 """Registers the motions of one `Chassis` at the watchdog process, which ends them if this program is killed.
 
-The watchdog (`rosproto.watchdog`) has no code for a robot. The messages and calls that it sends are encoded
-here, before a motion begins.
+The watchdog (`rosproto.watchdog`) has no code for a robot. The messages, calls and requests that it sends are
+encoded here, before a motion begins.
 """
 
 from __future__ import annotations
@@ -35,23 +35,28 @@ class WatchdogClient:
     def drive(self, topic: str) -> None:
         """Register a velocity topic before a drive; wait until the watchdog can send zero to it."""
         if self._watchdog is not None and topic not in self._watches:
-            self._begin(topic, messages=(_last(topic, message_type(row(topic).type)()),))
+            zero = message_type(row(topic).type)()
+            self._begin(topic, topic, zero, messages=(_last(topic, zero),))
 
     def goal(self, goal: Hashable, action: str, goal_id: str) -> None:
         """Register a goal before it is sent; wait until the watchdog can cancel it."""
         if self._watchdog is not None and not self._leave:
             cancel = message_type("actionlib_msgs/GoalID")(id=goal_id)
-            self._begin(goal, messages=(_last(f"{action}/cancel", cancel),))
+            self._begin(goal, action, None, messages=(_last(f"{action}/cancel", cancel),))
 
     def task(self, goal: Hashable, task_id: int) -> None:
         """Register a task before it is sent; wait until the watchdog can cancel it."""
         if self._watchdog is not None and not self._leave:
             name = row("/exec_task").type
             request = service_type(name).Request(task_exect=int(TaskCommand.CANCEL), task_id=task_id)
-            self._begin(goal, calls=(LastCall("/exec_task", name, encode(request)),))
+            self._begin(goal, "/exec_task", request, calls=(LastCall("/exec_task", name, encode(request)),))
 
-    def _begin(self, key: Hashable, **what: Any) -> None:
+    def _begin(self, key: Hashable, name: str, message: Any, **what: Any) -> None:
         assert self._watchdog is not None
+        if (api := self._connection.robot_api) is not None:  # the master ends with this process
+            from woosh_pure.robot_api.last_requests import last_request
+
+            what = {"requests": (last_request(api, name, message),)}
         watch = self._watchdog.watch(self._connection.watched_node, **what)
         self._watches.setdefault(key, []).append(watch)
 

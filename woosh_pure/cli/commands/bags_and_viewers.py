@@ -22,7 +22,7 @@ from rosproto.cli import (
     until_interrupted,
     watchdog_if,
 )
-from woosh_pure.cli.connection import address_of, connect, names
+from woosh_pure.cli.connection import connect, graph_of, names
 from woosh_pure.cli.output import Output
 from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
 from woosh_pure.interface.table import driving_patterns, find
@@ -55,15 +55,13 @@ def run_record(args: Namespace, out: Output) -> int:
     from rosproto import Node
     from rosproto.cli import follow_recording, interrupt_on_signals, recorder_options
     from rosproto.recording import Recorder
-    from woosh_pure.connection.arguments import master_uri_of
 
     if not args.output_name and not args.output_prefix:
         args.output_prefix = "woosh"
     options = recorder_options(args)
     with ExitStack() as stack:
         stack.enter_context(interrupt_on_signals())
-        address, host = address_of(args, out, stack)
-        uri = master_uri_of(address)
+        uri, host = graph_of(args, out, stack)
         node = stack.enter_context(
             Node("woosh_record", master_uri=uri, host=host, anonymous=True, rosout=False, resolve=names(args))
         )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from rosproto.cli import count, positive
 from rosproto.msg import environment_paths, learned_paths, revisions_folder
 from rosproto.sentence import say
-from woosh_pure.cli.connection import address_of, names, reaching
+from woosh_pure.cli.connection import graph_of, names, reaching
 from woosh_pure.cli.output import Output
 
 if TYPE_CHECKING:
@@ -41,14 +41,12 @@ def add_learn(parser: ArgumentParser) -> None:
 
 def run_learn(args: Namespace, out: Output) -> int:
     from rosproto import Node
-    from woosh_pure.connection.arguments import master_uri_of
     from woosh_pure.firmware.learn import KnownDefinitions, compare
     from woosh_pure.firmware.survey import survey
 
     folder = args.folder or revisions_folder()
     with ExitStack() as stack:
-        address, host = address_of(args, out, stack)
-        uri = master_uri_of(address)
+        uri, host = graph_of(args, out, stack)
         with reaching():
             node = stack.enter_context(
                 Node(

@@ -10,7 +10,7 @@ import sys
 import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -139,14 +139,17 @@ def _save_profile(address: str, args: Namespace, out: Output) -> None:
 def _require_master(uri: str, args: Namespace, out: Output) -> None:
     from rosproto import MasterClient
     from rosproto.transport import HostNames
+    from woosh_pure.robot_api.api import robot_api_at
 
     try:
         hosts = HostNames(names(args))
-        with (
-            out.working(say("looking for {uri}", uri=uri)),
-            MasterClient(uri, "/woosh_connect", timeout=5.0, hosts=hosts) as master,
-        ):
-            master.get_pid()
+        with out.working(say("looking for {uri}", uri=uri)):
+            if uri.startswith("ws://"):
+                with closing(robot_api_at(robot_api_of(args), uri, names(args))) as api:
+                    api.request("RobotState")
+                return
+            with MasterClient(uri, "/woosh_connect", timeout=5.0, hosts=hosts) as master:
+                master.get_pid()
     except (ConnectionLost, RosTimeout) as error:
         not_saved = say("nothing was saved: try `woosh doctor`, or add --unchecked")
         why = both(error.why, not_saved) if error.why else ""

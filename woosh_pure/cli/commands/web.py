@@ -264,9 +264,10 @@ def _called(address: str) -> str:
     """Return the default name of a robot: its host, and its port unless it is the default."""
     from rosproto.transport import MASTER_PORT
     from woosh_pure.connection.arguments import master_uri_of
+    from woosh_pure.robot_api.wire import PORT
 
     master = urlsplit(master_uri_of(address))
-    port = "" if master.port in (None, MASTER_PORT) else f":{master.port}"
+    port = "" if master.port in (None, MASTER_PORT, PORT) else f":{master.port}"
     return f"{master.hostname or address}{port}".replace("%", "-")
 
 

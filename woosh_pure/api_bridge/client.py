@@ -1,0 +1,404 @@
+"""`ApiLink`: one WebSocket to a robot, made again when it is lost. Needs the extra `api`.
+
+Nobody waits for the socket: one thread connects and reads, another one writes. A velocity is sent at once or
+never: the slot holds the newest one only, for `FRESH_SECONDS`, and never repeats it. A zero goes first.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import queue
+import socket
+import struct
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from rosproto.errors import CodecError, ConnectionLost, LocalProtocolError, RosError, RosTimeout
+from rosproto.extras import optional_module
+from rosproto.json_text import JsonError
+from rosproto.logs import get_logger
+from rosproto.sentence import both, say, sentence_of
+from rosproto.transport import Backoff, Deadline, HostNames, connect, make_uri, next_item
+from rosproto.transport.tcp import interrupt
+from woosh_pure.errors import ApiRefused
+from woosh_pure.robot_api import wire
+from woosh_pure.robot_api.http import MAX_BYTES, ApiAddress, authorization, read_json
+from woosh_pure.robot_api.translate import ROBOT
+from woosh_pure.robot_api.wire import Values
+
+OPEN_SECONDS = 3.0
+LATE_SECONDS, GONE_SECONDS = 0.5, 2.0
+"""Seconds without an answer after which the link is late, and after which it is given up."""
+MAX_UNANSWERED = 4  # velocities
+FRESH_SECONDS = 0.3
+ZEROS, ZERO_PAUSE, ZERO_AGAIN, MAX_ZEROS = 3, 0.05, 0.25, 40
+"""A zero is sent so often and so many seconds apart; then more seldom, until one is accepted."""
+TWIST = ROBOT + "Twist"
+_ABORT = struct.pack(
+    "hh" if sys.platform == "win32" else "ii", 1, 0
+)  # for SO_LINGER: what was not sent yet is discarded
+_log = get_logger("woosh_pure.api_bridge")
+Done = Callable[["Values | None"], object]
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A request without an answer; `prompt` ones are answered at once while the link is good."""
+
+    request: str
+    body: Values
+    at: float
+    prompt: bool
+    done: Done
+
+
+def _asked(request: str, body: Mapping[str, Any], done: Done, *, prompt: bool) -> _Asked:
+    return _Asked(request, wire.dump(request, body, zeros=False), time.monotonic(), prompt, done)
+
+
+class ApiLink:
+    """A connection to the Robot API. Thread-safe; only `ask`, `start` and `close` wait.
+
+    Args:
+        address: Where it is.
+        topics: Subscribed as soon as it is connected.
+        received: Called with the type and the values of each push, in the reading thread.
+        refused: Called with the robot's words when it refuses a velocity, in the reading thread.
+        hosts: Resolves names that the system does not know.
+
+    Attributes:
+        number: How often it has connected.
+        up: Whether it is connected.
+    """
+
+    def __init__(
+        self,
+        address: ApiAddress,
+        topics: Iterable[str],
+        received: Callable[[str, Values], object],
+        refused: Callable[[str], object],
+        hosts: HostNames | None = None,
+    ) -> None:
+        missing = LocalProtocolError(
+            'a robot at ws:// needs the package websockets (14 or newer): pip install ".[api]"'
+        )
+        self._websockets = optional_module("websockets.sync.client", missing)
+        self._problems = optional_module("websockets.exceptions", missing)
+        self.address, self._hosts, self._topics = address, hosts, {*topics}
+        self._changes: deque[Values] = deque()
+        self.uri = make_uri(address.host, address.port, "ws")
+        self._received, self._refused = received, refused
+        self.number, self.up = 0, False
+        self._news = threading.Condition()
+        self._queue: deque[_Asked] = deque()
+        self._asked: dict[int, _Asked] = {}
+        self._numbers = itertools.count(1)
+        self._slot: _Asked | None = None
+        self._zeros: int | None = None  # sent since one was due; None: none is due
+        self._zero_at, self._zero_taken, self._zero_series = 0.0, False, 0
+        self._driving = False
+        self._socket: socket.socket | None = None
+        self._connection: Any = None
+        self._ended, self._tried = threading.Event(), threading.Event()
+        self._failed: RosError | None = None
+        self._threads = [
+            threading.Thread(target=work, name=f"woosh:robot api {name}", daemon=True)
+            for name, work in (("link", self._run), ("writing", self._write))
+        ]
+
+    def start(self) -> None:
+        """Connect, and stay connected.
+
+        Raises:
+            ConnectionLost, RosTimeout, ApiRefused: It does not succeed; it is not tried again.
+        """
+        for thread in self._threads:
+            thread.start()
+        self._tried.wait(OPEN_SECONDS + 1.0)
+        if not self.up:
+            failed = self._failed or RosTimeout(say("no answer"), what=self.uri, seconds=OPEN_SECONDS)
+            self.close()
+            raise failed
+
+    def close(self) -> None:
+        """Send the zero that is due, and end the connection. Bounded; may be called again."""
+        self.end_drive()
+        with self._news:
+            self._news.wait_for(lambda: self._zeros is None or not self.up, 1.0)
+        self._ended.set()
+        self.cut()
+        with self._news:
+            self._news.notify_all()
+        for thread in self._threads:
+            if thread.is_alive() and thread is not threading.current_thread():
+                thread.join(3.0)
+
+    def cut(self) -> None:
+        """End the present connection; what waits to be sent is discarded. It is made again unless closed."""
+        if (sock := self._socket) is not None:
+            try:
+                sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _ABORT)
+            except OSError:
+                pass  # closed already
+            interrupt(sock)
+
+    # -- asking ---------------------------------------------------------------------------------------------
+
+    def post(
+        self,
+        request: str,
+        body: Mapping[str, Any] | None = None,
+        done: Done = lambda frame: None,
+        *,
+        prompt: bool = False,
+    ) -> None:
+        """Send a request. Does not wait.
+
+        Args:
+            request: Its type.
+            body: Its values.
+            done: Called with the answer, or with None if the link ends before; in the reading thread.
+            prompt: Whether the link counts as late if the answer is late.
+
+        Raises:
+            CodecError: A value does not fit.
+        """
+        asked = _asked(request, body or {}, done, prompt=prompt)
+        with self._news:
+            if self.up:
+                self._queue.append(asked)
+                self._news.notify_all()
+                return
+        done(None)
+
+    def ask(self, request: str, body: Mapping[str, Any] | None = None, timeout: float = 5.0) -> Values:
+        """Send a request and return the values of the answer.
+
+        Raises:
+            ApiRefused: The robot refused.
+            ConnectionLost, RosTimeout: There is no answer.
+            CodecError: The answer does not fit.
+        """
+        answers: queue.SimpleQueue[Values | None] = queue.SimpleQueue()
+        self.post(request, body, answers.put)
+        try:
+            frame = next_item(answers, timeout)
+        except queue.Empty:
+            text = say(
+                "{uri} has not answered {request} in {seconds} s",
+                uri=self.uri,
+                request=request,
+                seconds=timeout,
+            )
+            raise RosTimeout(text, what=request, seconds=timeout) from None
+        if frame is None:
+            raise ConnectionLost(say("{uri}: the connection is lost", uri=self.uri), peer=self.uri)
+        if not frame["ok"]:
+            raise ApiRefused(request, frame["msg"])
+        return wire.load(wire.requests()[request].answer, frame.get("body"))
+
+    def subscribe(self, topic: str, wanted: bool) -> None:
+        """Begin or end the pushes of a topic. Does not wait."""
+        with self._news:
+            (self._topics.add if wanted else self._topics.discard)(topic)
+            self._changes.append({"sub": wanted, "topics": [topic]})
+            self._news.notify_all()
+
+    @property
+    def silence(self) -> float:
+        """Seconds for which the oldest prompt request has no answer; 0 if none is open."""
+        with self._news:
+            waiting = [*self._asked.values(), *self._queue]
+        return max((time.monotonic() - one.at for one in waiting if one.prompt), default=0.0)
+
+    # -- velocities -----------------------------------------------------------------------------------------
+
+    def velocity(self, body: Values) -> None:
+        """Send a velocity at once, or not at all. Does not wait."""
+        asked = _asked(TWIST, body, self._velocity_answered, prompt=True)
+        with self._news:
+            if self.up:
+                self._slot = asked
+                self._news.notify_all()
+
+    def zero(self) -> None:
+        """Send zero before everything else, several times and until one is accepted. Does not wait."""
+        with self._news:
+            self._want_zero()
+            self._news.notify_all()
+
+    def end_drive(self) -> None:
+        """Send zero if a velocity was sent since the last one. Does not wait."""
+        with self._news:
+            if self._driving or self._slot is not None:
+                self._want_zero()
+            self._news.notify_all()
+
+    @property
+    def zero_due(self) -> bool:
+        """Whether a zero is not accepted yet."""
+        return self._zeros is not None
+
+    def _want_zero(self) -> None:
+        self._slot, self._zero_taken = None, False
+        self._zero_series += 1
+        self._zero_at = min(self._zero_at, time.monotonic() + ZERO_PAUSE)
+        self._zeros = 0
+
+    def _zero_answered(self, series: int, frame: Values | None) -> None:
+        with self._news:
+            if frame is None or series != self._zero_series or self._zeros is None:
+                return  # a velocity may have been sent after that zero
+            self._zero_taken |= frame["ok"]
+            if self._zeros >= (ZEROS if self._zero_taken else MAX_ZEROS):
+                if not self._zero_taken:
+                    _log.warning("! %s: the robot accepts no zero velocity: %s", self.uri, frame["msg"])
+                self._zeros, self._driving = None, False
+                self._news.notify_all()
+
+    def _velocity_answered(self, frame: Values | None) -> None:
+        if frame is not None and not frame["ok"]:
+            self._refused(str(frame["msg"]))
+
+    # -- the two threads ------------------------------------------------------------------------------------
+
+    def _write(self) -> None:
+        while not self._ended.is_set():
+            with self._news:
+                text, wait = self._next(time.monotonic())
+                if text is None:
+                    self._news.wait(wait)
+                    continue
+                connection = self._connection
+            try:
+                connection.send(text)
+            except (self._problems.WebSocketException, OSError):
+                pass  # the reading thread sees the end as well
+
+    def _next(self, now: float) -> tuple[str | None, float | None]:
+        """The next text to send, or how long there is none; the lock is held."""
+        if not self.up:
+            return None, None
+        if self._zeros is not None:
+            if now >= self._zero_at:
+                self._zeros += 1
+                self._zero_at = now + (ZERO_PAUSE if self._zeros < ZEROS else ZERO_AGAIN)
+                done = partial(self._zero_answered, self._zero_series)
+                return self._text(_asked(TWIST, {}, done, prompt=True)), None
+        elif self._slot is not None and self._twists < MAX_UNANSWERED:
+            asked, self._slot = self._slot, None
+            if now - asked.at <= FRESH_SECONDS:
+                self._driving = True
+                return self._text(asked), None
+        if self._changes:
+            return json.dumps({"type": wire.SUBSCRIPTION, "body": self._changes.popleft()}), None
+        if self._queue:
+            return self._text(self._queue.popleft()), None
+        return None, None if self._zeros is None else max(0.0, self._zero_at - now)
+
+    @property
+    def _twists(self) -> int:
+        return sum(one.request == TWIST for one in self._asked.values())
+
+    def _text(self, asked: _Asked) -> str:
+        number = next(self._numbers)
+        self._asked[number] = asked
+        return json.dumps({"type": asked.request, "body": asked.body, "sn": number})
+
+    def _run(self) -> None:
+        pauses = Backoff(0.2)
+        while not self._ended.is_set():
+            try:
+                with self._opened() as connection:
+                    pauses.reset()
+                    self._begin(connection)
+                    try:
+                        for text in connection:
+                            self._take(text)
+                    finally:
+                        self._end()
+            except RosError as error:
+                self._failed = error
+                self._tried.set()
+                _log.debug("= %s", error)
+            except (self._problems.WebSocketException, OSError, EOFError) as error:
+                _log.debug("= %s: %s", self.uri, error)
+            self._ended.wait(pauses.next())
+
+    def _opened(self) -> AbstractContextManager[Any]:
+        advice = say("is it the address of a robot with a Robot API (port 5480)?")
+        try:
+            sock = connect(self.address.host, self.address.port, Deadline(OPEN_SECONDS), hosts=self._hosts)
+        except (ConnectionLost, RosTimeout) as error:
+            raise ConnectionLost(both(sentence_of(error), advice), peer=self.uri) from error
+        self._socket = sock
+        try:
+            made: AbstractContextManager[Any] = self._websockets.connect(
+                self.uri,
+                sock=sock,
+                additional_headers=authorization(self.address),
+                compression=None,
+                open_timeout=OPEN_SECONDS,
+                close_timeout=1.0,
+                max_size=MAX_BYTES,
+            )
+            return made
+        except (self._problems.WebSocketException, OSError, EOFError) as error:
+            sock.close()
+            if getattr(getattr(error, "response", None), "status_code", 0) == 401:
+                why = "it wants a name and a password; give robot_api='user:password@host:port'"
+                raise ApiRefused("WebSocket", "", say(why), status=401) from error
+            what = say("{uri} does not answer as a Robot API: {error}", uri=self.uri, error=error)
+            raise ConnectionLost(both(what, advice), peer=self.uri) from error
+
+    def _begin(self, connection: Any) -> None:
+        with self._news:
+            self._connection, self.up = connection, True
+            self._changes = deque([{"sub": True, "topics": sorted(self._topics)}])
+            self.number += 1
+            self._news.notify_all()
+        self._tried.set()
+
+    def _end(self) -> None:
+        with self._news:
+            self.up = False
+            if self._driving or self._slot is not None or self._zeros is not None:
+                self._want_zero()
+            waiting = [*self._asked.values(), *self._queue]
+            self._asked.clear()
+            self._queue.clear()
+            self._news.notify_all()
+        for asked in waiting:
+            self._call(partial(asked.done, None))
+
+    def _take(self, text: str | bytes) -> None:
+        try:
+            documents = read_json(text)
+            frame = documents[0] if documents else None
+            if not isinstance(frame, dict):
+                raise CodecError("it is not an object")
+            if isinstance(frame.get("ok"), bool) and isinstance(frame.get("msg"), str):
+                number = frame.get("sn")
+                with self._news:
+                    asked = self._asked.pop(number, None) if isinstance(number, int) else None
+                    self._news.notify_all()  # another velocity may be sent
+                if asked is not None:
+                    self._call(partial(asked.done, frame))
+            elif isinstance(name := frame.get("type"), str) and name in self._topics:
+                self._call(partial(self._received, name, wire.load(name, frame.get("body"))))
+        except (JsonError, CodecError, TypeError) as error:
+            _log.debug("! %s: a message that does not fit: %s", self.uri, error)
+
+    def _call(self, callback: Callable[[], object]) -> None:
+        try:
+            callback()
+        except Exception:
+            _log.exception("! %s: a message could not be handled", self.uri)

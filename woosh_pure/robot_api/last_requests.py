@@ -1,0 +1,33 @@
+"""What a watchdog sends by the Robot API when a program has ended."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from rosproto.transport import make_uri
+from rosproto.watchdog import LastRequest
+from woosh_pure.robot_api.commands import cancel_of, to_api
+from woosh_pure.robot_api.http import ApiAddress, authorization
+from woosh_pure.robot_api.translate import ROBOT
+from woosh_pure.robot_api.wire import dump, path_of
+
+
+def last_request(api: ApiAddress, name: str, message: Any) -> LastRequest:
+    """The zero of a velocity topic, the cancel of a task or that of an action.
+
+    Args:
+        api: Where the robot is.
+        name: The topic, service or action.
+        message: The zero, or the request that cancels; None for an action.
+    """
+    type_name, values = cancel_of(name) if message is None else to_api(name, message)
+    task = getattr(message, "task_id", None)  # the order names no task: another one is spared
+    return LastRequest(
+        make_uri(api.host, api.port),
+        path_of(type_name),
+        json.dumps(dump(type_name, values)),
+        path_of(ROBOT + "TaskProc"),
+        () if task is None else ("robotTaskId", str(task)),
+        authorization(api),
+    )
