@@ -22,7 +22,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.support import through_robot_api
 from tests.support.passed import Passed
+from tests.support.through_robot_api import OPTION
 from tests.support.watched.plugin import begin, pytest_runtest_teardown, pytest_sessionfinish
 
 __all__ = ["pytest_runtest_teardown", "pytest_sessionfinish"]
@@ -35,8 +37,21 @@ settings.load_profile("no deadline")
 SLOW_SECONDS = 5.0
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """See tests/support/through_robot_api.py."""
+    parser.addoption(OPTION, action="store_true", help="reach simulated robots by the Robot API alone")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what the Robot API cannot express."""
+    if config.getoption(OPTION):
+        through_robot_api.skip_what_it_cannot(items)
+
+
 def pytest_configure(config: pytest.Config) -> None:
     """What runs when nothing in particular is asked for; and what is noted."""
+    if config.getoption(OPTION):
+        through_robot_api.begin()
     if config.args_source is config.ArgsSource.TESTPATHS and not config.option.markexpr:
         config.option.markexpr = AT_ONCE
     if os.environ.get("PASSED_TESTS"):

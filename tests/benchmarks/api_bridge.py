@@ -1,0 +1,97 @@
+"""A robot that has only the Robot API: seconds until it stands, when what commands it fails.
+
+    python -m tests.benchmarks api_bridge [--trials 50] [--only killed-drive,killed-task,unwatched-drive,cut-drive,cut-task,reset-drive,reset-task]
+
+A program with a `Chassis` of the simulated robot's Robot API drives by velocity, or has a task; what a drive sends is carried on when
+it ends, so that only a zero ends it. Each row has the median and the longest of all trials:
+
+* killed: kill -9 with a watchdog; unwatched: without one (the server's zero after 0.5 s ends it).
+* cut: the network delivers nothing more for 6 s, in the middle; reset: the connection is reset. A task goes on meanwhile, and is ended
+  when the link is there again: the program stops it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import subprocess
+import sys
+import time
+
+from rosproto import Node
+from rosproto.gateway import Access
+from tests.support.driving_commands import moving
+from tests.support.proxy import FaultProxy
+from tests.support.waiting import until
+from woosh_pure import SimulatedChassis
+from woosh_pure.api_server import RobotApiServer, simulated_site
+
+WAYS = (
+    "killed-drive",
+    "killed-task",
+    "unwatched-drive",
+    "cut-drive",
+    "cut-task",
+    "reset-drive",
+    "reset-task",
+)
+CUT_SECONDS = 6.0
+PROGRAM = """
+import sys, time
+from woosh_pure import Chassis
+
+with Chassis(sys.argv[1], watchdog=sys.argv[2] == "watched") as chassis:
+    if sys.argv[3] == "drive":
+        with chassis.velocity(bypasses_protection=True) as drive:
+            drive.hold(0.0, 0.4, seconds=60)
+    else:
+        chassis.go_to_mark("B2").wait(60)
+"""
+
+
+def run(arguments: list[str]) -> None:
+    parser = argparse.ArgumentParser(prog="tests.benchmarks api_bridge")
+    parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--only", default=",".join(WAYS))
+    args = parser.parse_args(arguments)
+    with (
+        SimulatedChassis(full_graph=False) as sim,
+        Node("robot_api", master_uri=sim.master_uri, rosout=False) as node,
+        RobotApiServer(node, port=0, access=Access(write=["api:*"]), site=simulated_site(sim)) as server,
+    ):
+        for way in args.only.split(","):
+            took = []
+            for number in range(args.trials):
+                sim.reset()
+                try:
+                    took.append(trial(sim, server, way))
+                except AssertionError as problem:
+                    print(f"{way}, trial {number + 1}: {problem}", flush=True)
+            shown = f"{statistics.median(took):.2f} (longest {max(took):.2f}) s" if took else "-"
+            print(f"{way}, {len(took)} of {args.trials} trials: stands after {shown}", flush=True)
+
+
+def trial(sim: SimulatedChassis, server: RobotApiServer, way: str) -> float:
+    fault, _, what = way.partition("-")
+    with FaultProxy("127.0.0.1", server.port) as proxy:
+        url = f"ws://127.0.0.1:{proxy.port}"
+        watched = "unwatched" if fault == "unwatched" else "watched"
+        process = subprocess.Popen([sys.executable, "-c", PROGRAM, url, watched, what])
+        try:
+            until(lambda: moving(sim), 30.0, "the robot moves")
+            time.sleep(0.5)
+            began = time.monotonic()
+            if fault in ("killed", "unwatched"):
+                process.kill()
+            elif fault == "reset":
+                proxy.reset()
+            else:
+                proxy.stall()
+                while moving(sim) and time.monotonic() - began < CUT_SECONDS:
+                    time.sleep(0.01)
+                proxy.reset()
+            until(lambda: not moving(sim), 60.0, "the robot stands")
+            return time.monotonic() - began
+        finally:
+            process.kill()
+            process.wait(10)
