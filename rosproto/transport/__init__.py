@@ -9,7 +9,7 @@ from rosproto.transport.listener import AT_ONCE, Listener
 from rosproto.transport.os_errors import allow_open_files, max_connections
 from rosproto.transport.own_address import local_address_towards
 from rosproto.transport.robot_host_names import HostNames, hosts_advice, parse_host_names
-from rosproto.transport.tcp import connect, read_header, reuse_address, write_header
+from rosproto.transport.tcp import connect, interrupt, read_header, reuse_address, write_header
 from rosproto.transport.tcp_server import TcpServer
 from rosproto.transport.uri import MASTER_PORT, is_loopback, make_uri, master_uri_of, parse_uri
 from rosproto.transport.xmlrpc_client import XmlRpcClient, unpack
@@ -30,6 +30,7 @@ __all__ = [
     "allow_open_files",
     "connect",
     "hosts_advice",
+    "interrupt",
     "is_loopback",
     "local_address_towards",
     "make_uri",

@@ -26,8 +26,7 @@ from rosproto.extras import optional_module
 from rosproto.json_text import JsonError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say, sentence_of
-from rosproto.transport import Backoff, Deadline, HostNames, connect, make_uri, next_item
-from rosproto.transport.tcp import interrupt
+from rosproto.transport import Backoff, Deadline, HostNames, connect, interrupt, make_uri, next_item
 from woosh_pure.errors import ApiRefused
 from woosh_pure.robot_api import wire
 from woosh_pure.robot_api.http import MAX_BYTES, ApiAddress, authorization, read_json
