@@ -31,7 +31,7 @@ from woosh_pure.lease import ChassisLease
 from woosh_pure.motion.steps import MAX_SPEED, MAX_TURN_RATE
 from woosh_pure.robot_api import wire
 from woosh_pure.robot_api.commands import to_ros
-from woosh_pure.robot_api.translate import COUNT, PAIRS, ROBOT, operation_state, path_driven, to_api
+from woosh_pure.robot_api.translate import COUNT, PAIRS, ROBOT, SECTIONS, operation_state, path_driven, to_api
 from woosh_pure.robot_api.wire import Values
 from woosh_pure.values.messages import message_type
 from woosh_pure.velocity.shaper import DriveLimits
@@ -70,10 +70,6 @@ def is_command(type_name: str) -> bool:
     """Whether a request does more than read."""
     request = wire.requests().get(type_name)
     return request is not None and request.kind != "read"
-
-
-SECTIONS = {one.key: one.type for one in wire.fields(ROBOT + "RobotInfo") if one.type in wire.messages()}
-"""Of RobotInfo; its `state` is a number."""
 
 
 class ApiState(GatewayState):
