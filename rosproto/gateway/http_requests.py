@@ -80,6 +80,7 @@ class HttpRequests(asyncio.Protocol):
         """See asyncio."""
         self._wait()
         self._server.disconnected(self, error)
+        self._http = HttpServerConnection(Limits())  # frees what was sent now, not with the cycle of objects
         self._taken.set()
 
     def pause_writing(self) -> None:

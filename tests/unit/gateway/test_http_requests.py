@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import base64
+import gc
 import json
 import socket
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from http import HTTPStatus
@@ -16,6 +18,8 @@ from typing import Any
 import pytest
 
 from rosproto.gateway import ClientChannel, GatewayLimits, HandshakeRules, WebSocketServer, http_requests
+from rosproto.protocol.http import HttpServerConnection
+from rosproto.protocol.wire_limits import Limits
 from tests.support.extras import needs
 from tests.support.waiting import until
 
@@ -429,6 +433,32 @@ def test_a_connection_that_waits_for_its_answer_is_not_replaced(start: Start, ha
         assert asked(server, post())[0] == 200
         handler.may_answer.set()
         assert slow.answer()[0] == 200
+
+
+def test_what_a_connection_has_sent_is_freed_with_it(start: Start, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At once, and not when Python next looks for cycles: a crowd that comes and goes would fill the memory."""
+    made: list[weakref.ref[HttpServerConnection]] = []
+
+    class Watched(HttpServerConnection):
+        def __init__(self, limits: Limits) -> None:
+            super().__init__(limits)
+            made.append(weakref.ref(self))
+
+    monkeypatch.setattr(http_requests, "HttpServerConnection", Watched)
+    server = start()
+    gc.disable()
+    try:
+        for _ in range(20):
+            with Http(server) as client:
+                client.send(post(body=b"x" * 4000)[:-1])
+        until(
+            lambda: (
+                len(made) >= 20
+                and not any(one is not None and one.mid_message for one in [each() for each in made])
+            )
+        )
+    finally:
+        gc.enable()
 
 
 @pytest.mark.promise("All connections by HTTP together are bounded")
