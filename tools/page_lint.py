@@ -65,7 +65,7 @@ def menu(root: Path) -> Iterator[str]:
 
 
 MAX_PAGE_LINES = 400  # lines of one page
-OTHER_LENGTHS = {"architecture.md": 270}
+OTHER_LENGTHS = {"architecture.md": 260}
 
 
 def length(root: Path) -> Iterator[str]:
