@@ -38,6 +38,7 @@ MOVING = ("Twist", "ExecTask", "ActionOrder", "CallAction")
 LEASE_SECONDS = 5.0
 CALL_SECONDS = 5.0
 LATE_SECONDS = 1.0
+HEARD_SECONDS = 1.0  # as `chassis.velocity` ends when the robot falls silent
 DRIVES_SECONDS = 0.5
 """For which a client drives after its last velocity: zero follows then."""
 IDLE_SECONDS = 2.0
@@ -134,7 +135,7 @@ class Commands:
                     return
 
     def _require_may_drive(self, client: Hashable, velocity: Velocity) -> None:
-        if not self._state.hears("/odom_twist"):
+        if not self._state.hears("/odom_twist", HEARD_SECONDS):
             raise Refused("the robot is not heard (/odom_twist), so it is not driven")
         state, mode, task = (self._state.known(ROBOT + name) for name in ("RobotState", "Mode", "TaskProc"))
         if mode and mode["ctrl"] != RobotMode.AUTOMATIC:

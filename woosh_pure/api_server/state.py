@@ -223,10 +223,10 @@ class ApiState(GatewayState):
         with self._news:
             return self._known(type_name, {})
 
-    def hears(self, row: str) -> bool:
-        """Whether a topic is heard now."""
+    def hears(self, row: str, seconds: float) -> bool:
+        """Whether a topic was heard in the last seconds, and its publisher is there."""
         with self._news:
-            return self._is_heard(row)
+            return self._is_heard(row, seconds)
 
     def drive_limits(self) -> DriveLimits:
         """Speeds that the chassis tells, or the usual ones."""
@@ -283,11 +283,11 @@ class ApiState(GatewayState):
             values |= _translated(self._latest[row])[type_name]
         return {**values, **facts.get(type_name, {})}
 
-    def _is_heard(self, row: str) -> bool:
+    def _is_heard(self, row: str, seconds: float | None = None) -> bool:
         link, event = self._links.get(row, self._scan), self._latest.get(row)
         if event is None or link is None or not link.connections:
             return False
-        return row not in AGING or time.monotonic() - event.received <= MAX_AGE
+        return row not in AGING or time.monotonic() - event.received <= (seconds or MAX_AGE)
 
     def _newest_scan(self) -> Values:
         before = self._latest.get(SCAN)

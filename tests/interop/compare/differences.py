@@ -350,6 +350,11 @@ DIFFERENCES: list[Difference] = [
     ),
     Difference("Values", "3.0 fits a field of whole numbers.", _they_refuse("integer type")),
     Difference(
+        "Publish",
+        "A tuple of seconds and nanoseconds is a time; genpy fails.",
+        _they_refuse("'tuple' object has no attribute 'secs'"),
+    ),
+    Difference(
         "Values",
         "null leaves a message as it is.",
         _they_refuse(r"args type: None|ascii string|No key named \[\]|\[None\]"),

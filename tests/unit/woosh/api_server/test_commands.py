@@ -39,7 +39,7 @@ class Fake:
             access=Access(write=["api:*"]),
             known=self.known.get,
             drive_limits=DriveLimits,
-            hears=lambda row: self.heard,
+            hears=lambda row, seconds: self.heard,
             waiting=nullcontext,
             publications=SimpleNamespace(open=lambda *_: output),
             pool=SimpleNamespace(spawn=lambda work: None),
