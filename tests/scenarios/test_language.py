@@ -94,8 +94,8 @@ def chinese(text: str) -> None:
 def test_what_is_said_is_chinese(
     woosh: Woosh, capsys: pytest.CaptureFixture[str], line: str, code: int, words: str
 ) -> None:
-    if line.startswith("web "):
-        needs("web")
+    if (command := line.split()[0]) in ("web", "foxglove"):
+        needs(command)
     try:
         found, out, err = woosh("--lang", "zh", *line.split())
     except SystemExit as error:  # the parser's

@@ -37,6 +37,7 @@ def learn(uri: str, folder: Path, *more: str) -> dict[str, Any]:
         "host": None,
         "msg_path": None,
         "no_learned": False,
+        "api_address": None,
     }
     parser.set_defaults(master=uri, **common)
     args = parser.parse_args(["--folder", str(folder), *more])

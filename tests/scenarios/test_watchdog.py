@@ -34,7 +34,7 @@ TRIALS = int(os.environ.get("WATCHDOG_TRIALS", "1"))
 STANDS = 3.0
 """Seconds in which the robot has stopped, its own ramp and an overloaded computer included; the benchmark measures."""
 NEEDS = {"woosh web": "uvicorn", "woosh vda5050": "paho", "rosproto bridge": "websockets"}
-NEEDS |= {"rosproto foxglove": "websockets", "woosh foxglove": "websockets"}
+NEEDS |= {"rosproto foxglove": "websockets", "woosh foxglove": "websockets", "woosh robot-api": "websockets"}
 
 
 @pytest.fixture(autouse=True)

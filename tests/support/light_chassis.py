@@ -78,7 +78,7 @@ class LightChassis:
         self.lease = ChassisLease()
         self.x, self.y, self.speed = 0.0, y, speed
         self.pose, self.measured_velocity, self.status_code, self.plan = Feed(), Feed(), Feed(), Feed()
-        self.battery = Feed(SimpleNamespace(percent=80, voltage=48.0, charging=False))
+        self.battery = Feed(SimpleNamespace(percent=80, voltage=48.0, charging=False, measured=True))
         self.parameters = Feed(SimpleNamespace(max_linear=1.5, max_angular=1.5))
         self.status = Feed(SimpleNamespace(robot_mode=1))
         self.drive: Handle | None = None

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from rosproto.coercion import require_number
+from rosproto.coercion import as_float, require_number
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure.components import Components
@@ -278,7 +278,7 @@ class MotionVerbs:
             RosTimeout: The action server is not there.
         """
         step, many = Step.turn(radians_of(angle) if degrees else angle, speed), several_turns or degrees
-        if degrees and _is_in_radians(angle):
+        if degrees and _is_in_radians(as_float(angle)):
             text = "if {degrees:.0f}° was meant: left and right take degrees, rotate(angle) rad"
             _log.warning("! %s: %s", str(step), say(text, degrees=math.degrees(angle)))
         return self.steps(
