@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import sys
+import threading
 import time
 
 import pytest
@@ -313,20 +314,21 @@ def test_keys_pressed_before_the_drive_is_open_move_nothing(slow):
 @pytest.mark.promise("a stop while a motion is being prepared")
 def test_a_stop_by_another_program_while_the_drive_is_opened_keeps_it_from_driving(slow, until, monkeypatch):
     """Keys that were pressed before it move nothing; one that is pressed after it does."""
-    calls: list[tuple[object, ...]] = []
+    driver = ""
+    has_looked, stopped = threading.Event(), threading.Event()
     dispatch = MasterApi.dispatch
 
     def noted(self, method, params, peer=""):
+        """Keep the drive from the answer to its look for other programs, which it does when it has registered."""
+        nonlocal driver
         answer = dispatch(self, method, params, peer)
-        calls.append((method, *params[:2]))
+        caller, *more = params[:2]
+        if (method, more) == ("registerPublisher", ["/base_cmd_vel"]):
+            driver = driver or caller  # the other program comes later
+        elif (method, caller) == ("getSystemState", driver) and not stopped.is_set():
+            has_looked.set()  # before: a program that is sending zeros is one that can drive
+            stopped.wait(20.0)
         return answer
-
-    def has_looked() -> bool:
-        """Whether the drive has looked for other programs, which it does when it has registered."""
-        for at, (method, caller, *topic) in enumerate(list(calls)):
-            if (method, topic) == ("registerPublisher", ["/base_cmd_vel"]):
-                return ("getSystemState", caller) in calls[at:]
-        return False
 
     monkeypatch.setattr(MasterApi, "dispatch", noted)
     with (
@@ -334,14 +336,13 @@ def test_a_stop_by_another_program_while_the_drive_is_opened_keeps_it_from_drivi
         Chassis(slow.master_uri) as other,
     ):
         terminal.wait_for("Type yes to drive:")
-        slow.fall_silent(60.0)  # the drive opens when the measured velocity is heard
         terminal.send("yes\n")
         terminal.wait_for("any other key: stop")
-        until(has_looked)  # a program that is sending zeros is one that can drive: the drive would be refused
+        assert has_looked.wait(20.0)
         terminal.send(UP * 3)
         other.stop(everything=True, timeout=0.5)
         assert "sent" not in terminal.text, "the drive was open before the stop"
-        slow.network.restore()
+        stopped.set()
         terminal.wait_for("sent +0.00")
         end = time.monotonic() + 1.0
         while time.monotonic() < end:
