@@ -22,9 +22,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tests.support import through_robot_api
 from tests.support.passed import Passed
-from tests.support.through_robot_api import OPTION
 from tests.support.watched.plugin import begin, pytest_runtest_teardown, pytest_sessionfinish
 
 __all__ = ["pytest_runtest_teardown", "pytest_sessionfinish"]
@@ -35,23 +33,30 @@ settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")
 
 SLOW_SECONDS = 5.0
+THROUGH_ROBOT_API = "--through-robot-api"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """See tests/support/through_robot_api.py."""
-    parser.addoption(OPTION, action="store_true", help="reach simulated robots by the Robot API alone")
+    parser.addoption(
+        THROUGH_ROBOT_API, action="store_true", help="reach simulated robots by the Robot API alone"
+    )
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Leave out what the Robot API cannot express."""
-    if config.getoption(OPTION):
-        through_robot_api.skip_what_it_cannot(items)
+    if config.getoption(THROUGH_ROBOT_API):
+        from tests.support.through_robot_api import skip_what_it_cannot
+
+        skip_what_it_cannot(items)
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """What runs when nothing in particular is asked for; and what is noted."""
-    if config.getoption(OPTION):
-        through_robot_api.begin()
+    if config.getoption(THROUGH_ROBOT_API):
+        from tests.support.through_robot_api import begin as begin_through_robot_api
+
+        begin_through_robot_api()
     if config.args_source is config.ArgsSource.TESTPATHS and not config.option.markexpr:
         config.option.markexpr = AT_ONCE
     if os.environ.get("PASSED_TESTS"):

@@ -17,8 +17,6 @@ from woosh_pure import SimulatedChassis
 
 __all__ = ["CANNOT", "SKIPPED", "begin", "skip_what_it_cannot"]
 
-OPTION = "--through-robot-api"
-
 CANNOT: dict[str, str] = {
     "pause of a step move": "the robot does not tell how far it has come, so what remains is not known",
     "speed limits": "the robot does not tell them: `velocity` takes 0.3 m/s and 0.5 rad/s",
