@@ -26,7 +26,7 @@ def test_it_wakes_everybody_and_stays_set() -> None:
 def test_a_wait_ends_in_time() -> None:
     began = time.monotonic()
     assert not Flag().wait(0.15)
-    assert 0.15 <= time.monotonic() - began < 5.0
+    assert 0.14 <= time.monotonic() - began < 5.0  # clocks of Windows go by steps
 
 
 def test_a_wait_ends_although_its_time_runs_out_within_the_call() -> None:
