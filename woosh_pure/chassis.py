@@ -22,11 +22,7 @@ from rosproto.transport import Deadline, HostNames, is_loopback, parse_uri
 from rosproto.watchdog import Watchdog
 from woosh_pure import interface
 from woosh_pure.components import Components
-from woosh_pure.connection.arguments import (
-    MAX_TIMEOUT_SECONDS,
-    master_uri_of,
-    require_timeout,
-)
+from woosh_pure.connection.arguments import MAX_TIMEOUT_SECONDS, master_uri_of, require_timeout
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.velocity_topics import VELOCITY_TOPICS

@@ -21,7 +21,7 @@ CANNOT: dict[str, str] = {
     "pause of a step move": "the robot does not tell how far it has come, so what remains is not known",
     "speed limits": "the robot does not tell them: `velocity` takes 0.3 m/s and 0.5 rad/s",
     "camera, depth, clouds, IMU, odometry, BMS, inputs": "no type tells them",
-    "voltage, current, capacity": "Battery has only the charge: they are NaN, null in JSON, and `battery.measured` is false",
+    "voltage, current, capacity": "Battery has only the charge: they are NaN, null in JSON, and `battery.measured` is false; `temperature_min` repeats `temperature_max`",
     "outline, costmaps, localisation on or off, new map, shelf light": "no request changes them",
     "docks, rollers, hook, charging contacts": "CallAction has only steps, navigation, its mode, and lifts",
     "poses in another frame than the map": "a request has no frame: refused before anything is sent",
