@@ -15,7 +15,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import HostNames
 from woosh_pure import interface
-from woosh_pure.api_bridge.client import GONE_SECONDS, LATE_SECONDS, ApiLink
+from woosh_pure.api_bridge.client import GONE_SECONDS, LATE_SECONDS, Answer, ApiLink
 from woosh_pure.api_bridge.handlers import ApiHandlers
 from woosh_pure.api_bridge.publishing import (
     CODES,
@@ -28,7 +28,6 @@ from woosh_pure.api_bridge.publishing import (
     TELLING,
     Publishing,
 )
-from woosh_pure.robot_api import wire
 from woosh_pure.robot_api.commands import FEEDBACKS
 from woosh_pure.robot_api.http import ApiAddress
 from woosh_pure.robot_api.translate import ROBOT
@@ -70,6 +69,7 @@ class ApiBridge:
         self._link = ApiLink(address, topics, self._received, self._refused, hosts)
         self._known = Publishing(self._publisher)
         self._handlers = ApiHandlers(self._link, self._known)
+        self._graph = ServedGraph(self._handlers, self._new_node)
         self._port = port
         self._master: rosproto.Master | None = None
         self._informed = 0  # number of the link about which everything was asked
@@ -89,7 +89,7 @@ class ApiBridge:
         try:
             number, info = self._link.number, self._link.ask(ROBOT + "RobotInfo", timeout=timeout)
             self._master = rosproto.Master("127.0.0.1", self._port)
-            self._build(self._master)
+            self._build()
         except BaseException:
             self.close()
             raise
@@ -98,19 +98,23 @@ class ApiBridge:
         self._thread.start()
         return self
 
-    def _build(self, master: rosproto.Master) -> None:
-        node = rosproto.Node(
-            NODE, master_uri=master.uri, host="127.0.0.1", rosout=False, allow_shutdown=False
+    def _new_node(self, name: str) -> rosproto.Node:
+        return rosproto.Node(
+            name, master_uri=self.master_uri, host="127.0.0.1", rosout=False, allow_shutdown=False
         )
-        self._graph = ServedGraph(self._handlers, lambda name: node)
+
+    def _build(self) -> None:
         served = {*ROWS, *self._handlers.topics, *self._handlers.services, *self._handlers.actions}
-        rows = [replace(row, providers=(NODE,)) for row in interface.ROWS if row.name in served]
-        self._rows = {row.name: replace(row, latched=row.name == STATUS) for row in rows}
+        self._rows = {
+            row.name: replace(row, providers=(NODE,), latched=row.name == STATUS)
+            for row in interface.ROWS
+            if row.name in served
+        }
         self._velocities = [row for row in self._rows.values() if row.bypasses_protection]
         self._graph.build(self._rows.values())
         for name in self._handlers.actions:
             cancel = partial(self._handlers.cancel, name)
-            node.subscriber(f"{name}/cancel", "actionlib_msgs/GoalID", callback=cancel)
+            self._graph.node(NODE).subscriber(f"{name}/cancel", "actionlib_msgs/GoalID", callback=cancel)
 
     def _publisher(self, topic: str) -> rosproto.Publisher | None:
         return self._graph.publishers.get((NODE, topic))
@@ -128,8 +132,8 @@ class ApiBridge:
         if self._thread.is_alive():
             self._thread.join(2.0)
         self._link.close()
+        self._graph.close()
         if self._master is not None:
-            self._graph.close()
             self._master.close()
 
     def __enter__(self) -> ApiBridge:
@@ -153,18 +157,18 @@ class ApiBridge:
         else:
             self._known.take(type_name, values)
         if type_name == TASK:
-            self._handlers.task_seen(values)
+            self._handlers.task_seen()
 
-    def _answered(self, frame: Values | None) -> None:
+    def _answered(self, answer: Answer) -> None:
         """The answer to PoseSpeed."""
-        if frame is not None and frame["ok"] and self._informed == self._link.number:
-            self._known.take(POSE, wire.load(POSE, frame.get("body")))
+        if isinstance(answer, dict) and self._informed == self._link.number:
+            self._known.take(POSE, answer)
 
     def _take_info(self, number: int, info: Values) -> None:
         self._known.take_all(info)
         self._known.tell_status()
         self._informed = number
-        self._handlers.task_seen(self._known.values[TASK])
+        self._handlers.task_seen()
 
     def _refused(self, why: str) -> None:
         self._handlers.velocity_refused = True
@@ -181,17 +185,17 @@ class ApiBridge:
             if link.up and link.silence > GONE_SECONDS:
                 link.cut()
             good = link.up and link.silence <= LATE_SECONDS
-            if self._good and not (good and self._informed == link.number):
-                self._lose()
             try:
-                if good and self._asked != link.number:
-                    self._asked = link.number
-                    link.post(ROBOT + "RobotInfo", done=partial(self._informed_by, link.number))
+                if self._good and not (good and self._informed == link.number):
+                    self._lose()
                 if good and not self._good and self._informed == link.number and not link.zero_due:
                     self._regain()
                 if link.up and now >= ask_at:
                     ask_at = now + _ASK_EVERY
                     link.post(POSE, done=self._answered, prompt=True)
+                    if good and self._asked != link.number:
+                        self._asked = link.number
+                        link.post(ROBOT + "RobotInfo", done=partial(self._informed_by, link.number))
                 if self._good and now >= repeat_at:
                     repeat_at = now + _REPEAT_EVERY
                     self._known.repeat()
@@ -202,11 +206,11 @@ class ApiBridge:
 
     def _lose(self) -> None:
         """End what relies on the link. Nothing resumes: a drive is over when nobody listens."""
-        self._good = False
-        _log.warning("! %s: the link is late or lost; velocities are not obeyed", self._link.uri)
         self._link.end_drive()
         for row in self._velocities:
             self._graph.subscribers[NODE, row.name].close()
+        self._good = False
+        _log.warning("! %s: the link is late or lost; velocities are not obeyed", self._link.uri)
         self._known.lost()
         for name in _RENEWED:
             self._graph.publishers[NODE, name].close()
@@ -221,10 +225,11 @@ class ApiBridge:
         self._good = True
         _log.warning("= %s: the link is good again", self._link.uri)
 
-    def _informed_by(self, number: int, frame: Values | None) -> None:
-        if frame is not None and frame["ok"]:
-            self._take_info(number, wire.load(ROBOT + "RobotInfo", frame.get("body")))
+    def _informed_by(self, number: int, answer: Answer) -> None:
+        if isinstance(answer, dict):
+            self._take_info(number, answer)
         else:
+            _log.debug("! %s: %s", self._link.uri, answer)
             self._asked = 0
 
     def _follow_scan(self) -> None:

@@ -29,7 +29,7 @@ from rosproto.sentence import both, say, sentence_of
 from rosproto.transport import Backoff, Deadline, HostNames, connect, interrupt, make_uri, next_item
 from woosh_pure.errors import ApiRefused
 from woosh_pure.robot_api import wire
-from woosh_pure.robot_api.http import MAX_BYTES, ApiAddress, authorization, read_json
+from woosh_pure.robot_api.http import MAX_BYTES, WANTS_PASSWORD, ApiAddress, authorization, body_of, read_json
 from woosh_pure.robot_api.translate import ROBOT
 from woosh_pure.robot_api.wire import Values
 
@@ -37,6 +37,7 @@ OPEN_SECONDS = 3.0
 LATE_SECONDS, GONE_SECONDS = 0.5, 2.0
 """Seconds without an answer after which the link is late, and after which it is given up."""
 MAX_UNANSWERED = 4  # velocities
+MAX_OPEN = 200  # requests that wait to be sent, or for their answers
 FRESH_SECONDS = 0.3
 ZEROS, ZERO_PAUSE, ZERO_AGAIN, MAX_ZEROS = 3, 0.05, 0.25, 40
 """A zero is sent so often and so many seconds apart; then more seldom, until one is accepted."""
@@ -45,7 +46,9 @@ _ABORT = struct.pack(
     "hh" if sys.platform == "win32" else "ii", 1, 0
 )  # for SO_LINGER: what was not sent yet is discarded
 _log = get_logger("woosh_pure.api_bridge")
-Done = Callable[["Values | None"], object]
+Answer = Values | RosError
+"""The values of an answer, or why there are none: `ConnectionLost`, `ApiRefused`, `CodecError`."""
+Done = Callable[[Answer], object]
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,13 @@ class _Asked:
 
 def _asked(request: str, body: Mapping[str, Any], done: Done, *, prompt: bool) -> _Asked:
     return _Asked(request, wire.dump(request, body, zeros=False), time.monotonic(), prompt, done)
+
+
+def _answer(request: str, frame: object) -> Answer:
+    try:
+        return wire.load(wire.requests()[request].answer, body_of(request, frame))
+    except RosError as error:
+        return error
 
 
 class ApiLink:
@@ -155,7 +165,7 @@ class ApiLink:
         self,
         request: str,
         body: Mapping[str, Any] | None = None,
-        done: Done = lambda frame: None,
+        done: Done = lambda answer: None,
         *,
         prompt: bool = False,
     ) -> None:
@@ -164,7 +174,7 @@ class ApiLink:
         Args:
             request: Its type.
             body: Its values.
-            done: Called with the answer, or with None if the link ends before; in the reading thread.
+            done: Called with the answer, or that the link has ended before; in the reading thread.
             prompt: Whether the link counts as late if the answer is late.
 
         Raises:
@@ -172,11 +182,13 @@ class ApiLink:
         """
         asked = _asked(request, body or {}, done, prompt=prompt)
         with self._news:
-            if self.up:
+            if len(self._queue) + len(self._asked) >= MAX_OPEN:
+                self.cut()  # a robot that leaves so many without an answer
+            elif self.up:
                 self._queue.append(asked)
                 self._news.notify_all()
                 return
-        done(None)
+        done(self._lost())
 
     def ask(self, request: str, body: Mapping[str, Any] | None = None, timeout: float = 5.0) -> Values:
         """Send a request and return the values of the answer.
@@ -186,10 +198,10 @@ class ApiLink:
             ConnectionLost, RosTimeout: There is no answer.
             CodecError: The answer does not fit.
         """
-        answers: queue.SimpleQueue[Values | None] = queue.SimpleQueue()
+        answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
         self.post(request, body, answers.put)
         try:
-            frame = next_item(answers, timeout)
+            answer = next_item(answers, timeout)
         except queue.Empty:
             text = say(
                 "{uri} has not answered {request} in {seconds} s",
@@ -198,11 +210,12 @@ class ApiLink:
                 seconds=timeout,
             )
             raise RosTimeout(text, what=request, seconds=timeout) from None
-        if frame is None:
-            raise ConnectionLost(say("{uri}: the connection is lost", uri=self.uri), peer=self.uri)
-        if not frame["ok"]:
-            raise ApiRefused(request, frame["msg"])
-        return wire.load(wire.requests()[request].answer, frame.get("body"))
+        if isinstance(answer, RosError):
+            raise answer
+        return answer
+
+    def _lost(self) -> ConnectionLost:
+        return ConnectionLost(say("{uri}: the connection is lost", uri=self.uri), peer=self.uri)
 
     def subscribe(self, topic: str, wanted: bool) -> None:
         """Begin or end the pushes of a topic. Does not wait."""
@@ -252,20 +265,20 @@ class ApiLink:
         self._zero_at = min(self._zero_at, time.monotonic() + ZERO_PAUSE)
         self._zeros = 0
 
-    def _zero_answered(self, series: int, frame: Values | None) -> None:
+    def _zero_answered(self, series: int, answer: Answer) -> None:
         with self._news:
-            if frame is None or series != self._zero_series or self._zeros is None:
+            if isinstance(answer, ConnectionLost) or series != self._zero_series or self._zeros is None:
                 return  # a velocity may have been sent after that zero
-            self._zero_taken |= frame["ok"]
+            self._zero_taken |= not isinstance(answer, RosError)
             if self._zeros >= (ZEROS if self._zero_taken else MAX_ZEROS):
                 if not self._zero_taken:
-                    _log.warning("! %s: the robot accepts no zero velocity: %s", self.uri, frame["msg"])
+                    _log.warning("! %s: the robot accepts no zero velocity: %s", self.uri, answer)
                 self._zeros, self._driving = None, False
                 self._news.notify_all()
 
-    def _velocity_answered(self, frame: Values | None) -> None:
-        if frame is not None and not frame["ok"]:
-            self._refused(str(frame["msg"]))
+    def _velocity_answered(self, answer: Answer) -> None:
+        if isinstance(answer, ApiRefused):
+            self._refused(answer.robot_text)
 
     # -- the two threads ------------------------------------------------------------------------------------
 
@@ -317,6 +330,8 @@ class ApiLink:
         while not self._ended.is_set():
             try:
                 with self._opened() as connection:
+                    if self._ended.is_set():
+                        return  # `close` has cut the connection before this one
                     pauses.reset()
                     self._begin(connection)
                     try:
@@ -353,8 +368,7 @@ class ApiLink:
         except (self._problems.WebSocketException, OSError, EOFError) as error:
             sock.close()
             if getattr(getattr(error, "response", None), "status_code", 0) == 401:
-                why = "it wants a name and a password; give robot_api='user:password@host:port'"
-                raise ApiRefused("WebSocket", "", say(why), status=401) from error
+                raise ApiRefused("WebSocket", "", WANTS_PASSWORD, status=401) from error
             what = say("{uri} does not answer as a Robot API: {error}", uri=self.uri, error=error)
             raise ConnectionLost(both(what, advice), peer=self.uri) from error
 
@@ -376,24 +390,23 @@ class ApiLink:
             self._queue.clear()
             self._news.notify_all()
         for asked in waiting:
-            self._call(partial(asked.done, None))
+            self._call(partial(asked.done, self._lost()))
 
     def _take(self, text: str | bytes) -> None:
         try:
-            documents = read_json(text)
-            frame = documents[0] if documents else None
+            frame = read_json(text)
             if not isinstance(frame, dict):
                 raise CodecError("it is not an object")
-            if isinstance(frame.get("ok"), bool) and isinstance(frame.get("msg"), str):
+            if "ok" in frame:
                 number = frame.get("sn")
                 with self._news:
                     asked = self._asked.pop(number, None) if isinstance(number, int) else None
                     self._news.notify_all()  # another velocity may be sent
                 if asked is not None:
-                    self._call(partial(asked.done, frame))
+                    self._call(partial(asked.done, _answer(asked.request, frame)))
             elif isinstance(name := frame.get("type"), str) and name in self._topics:
                 self._call(partial(self._received, name, wire.load(name, frame.get("body"))))
-        except (JsonError, CodecError, TypeError) as error:
+        except (JsonError, CodecError) as error:
             _log.debug("! %s: a message that does not fit: %s", self.uri, error)
 
     def _call(self, callback: Callable[[], object]) -> None:

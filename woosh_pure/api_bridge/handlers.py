@@ -12,11 +12,11 @@ from functools import partial
 
 from rosproto.action import ServerGoal
 from rosproto.codec import DynamicMessage
-from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import next_item
-from woosh_pure.api_bridge.client import ApiLink
+from woosh_pure.api_bridge.client import Answer, ApiLink
 from woosh_pure.api_bridge.publishing import POSE, STATE, TASK, Publishing
 from woosh_pure.enums import RobotState, StepControlMode, TaskCommand, TaskState
 from woosh_pure.errors import ApiRefused, ChassisError
@@ -32,6 +32,7 @@ from woosh_pure.values.messages import stamped_pose
 ORDER, SCENE = ROBOT + "ActionOrder", ROBOT + "Scene"
 ANSWER_SECONDS, TASK_SECONDS, UNKNOWN_SECONDS, MAP_SECONDS = 5.0, 8.0, 12.0, 30.0
 NO_FEEDBACK_SECONDS = 3.0
+MAX_FEEDBACKS = 100  # that wait to be published
 _UNDER_WAY = say("another program's task is under way")
 _NOT_KNOWN = say("which task is under way is not known")
 _log = get_logger("woosh_pure.api_bridge")
@@ -94,12 +95,14 @@ class ApiHandlers:
         began, task_id = time.monotonic(), message.task_id
         if command is not TaskCommand.EXECUTE and (why := self._why_not(command, task_id)):
             return why
+        self._lost_tasks.discard(task_id)  # one of this number may have been lost before
         try:
             return self._ask("/exec_task", message, TASK_SECONDS)
         except (ConnectionLost, RosTimeout):
             if command is TaskCommand.EXECUTE:
                 # Perhaps it was accepted: `task_seen` cancels it. A reply now would say that it was not.
                 self._lost_tasks.add(task_id)
+                self.task_seen()  # it may have come before
                 time.sleep(max(0.0, began + UNKNOWN_SECONDS - time.monotonic()))
             raise
 
@@ -128,10 +131,13 @@ class ApiHandlers:
             return say("this task has ended")
         return ""
 
-    def task_seen(self, task: Values) -> None:
-        """A TaskProc has come: cancel the task if its request was not answered."""
+    def task_seen(self) -> None:
+        """Cancel the newest task if its request was not answered."""
+        task = self._known.values.get(TASK)
+        if task is None or not TaskState(task["state"]).is_under_way:
+            return
         task_id = task["robotTaskId"] % 2**64
-        if task_id in self._lost_tasks and TaskState(task["state"]).is_under_way:
+        if task_id in self._lost_tasks:
             self._lost_tasks.discard(task_id)
             self._link.post(ORDER, {"order": int(TaskCommand.CANCEL)}, partial(_log_refusal, ORDER))
 
@@ -188,7 +194,7 @@ class ApiHandlers:
 
     def _follow(self, row: str, goal: ServerGoal, inbox: queue.SimpleQueue[Values]) -> None:
         heard, cancel_at = time.monotonic(), 0.0
-        while True:
+        while not goal.status.is_terminal:  # the bridge is closed
             now = time.monotonic()
             if goal.cancel_requested and now >= cancel_at:
                 cancel_at = now + 1.0
@@ -227,7 +233,8 @@ class ApiHandlers:
     def feedbacks(self, values: Values) -> None:
         """Feedbacks have come; of a kind that nothing of ours has begun they are another client's."""
         for feedback in values["fbs"]:
-            if (inbox := self._feedback.get(feedback["action"])) is not None:
+            inbox = self._feedback.get(feedback["action"])
+            if inbox is not None and (inbox.qsize() < MAX_FEEDBACKS or feedback["state"] in ENDS):
                 inbox.put(feedback)
 
     @property
@@ -244,7 +251,6 @@ def _why_no_step(goal: DynamicMessage) -> str | None:
     return None
 
 
-def _log_refusal(what: str, frame: Values | None) -> None:
-    if frame is None or not frame["ok"]:
-        why = say("the connection is lost") if frame is None else str(frame["msg"])
-        _log.error("! %s: %s", what, why)
+def _log_refusal(what: str, answer: Answer) -> None:
+    if isinstance(answer, RosError):
+        _log.error("! %s: %s", what, answer)

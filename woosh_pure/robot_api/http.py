@@ -19,6 +19,7 @@ from urllib.parse import urlsplit
 from rosproto import Limits
 from rosproto.errors import CodecError, ConnectionLost, RemoteProtocolError, RosError, RosTimeout, TooLarge
 from rosproto.json_text import JsonError, JsonReader
+from rosproto.json_values import JsonValue
 from rosproto.logs import get_logger
 from rosproto.sentence import led, say, sentence_of
 from rosproto.text import printable
@@ -29,8 +30,18 @@ from woosh_pure.robot_api import wire
 FIRST_SECONDS, PAUSE_SECONDS = 1.5, 60.0
 MAX_BYTES, MAX_VALUES, MAX_NESTING = 32 << 20, 100_000, 24
 _FIRST, _WEBSOCKET = "woosh.robot.RobotState", "ws://"
-read_json = JsonReader(MAX_VALUES, MAX_NESTING).read
+WANTS_PASSWORD = say("it wants a name and a password; give robot_api='user:password@host:port'")
+_json = JsonReader(MAX_VALUES, MAX_NESTING)
 _log = get_logger("woosh_pure.robot_api")
+
+
+def read_json(text: str | bytes) -> JsonValue:
+    """The JSON value of a text of the robot; None of an empty one.
+
+    Raises:
+        JsonError: It is not one value of JSON, or too large.
+    """
+    return next(iter(_json.read(text)), None)
 
 
 class ApiAddress(NamedTuple):
@@ -86,6 +97,26 @@ def authorization(address: ApiAddress) -> dict[str, str]:
     return {"Authorization": f"Basic {secret.decode('ascii')}"}
 
 
+def body_of(request: str, answer: object) -> Any:
+    """The body of an answer as it came: whether a field is there may matter.
+
+    Raises:
+        ApiRefused: The robot refused.
+        CodecError: It is not an answer to this request.
+    """
+    if not isinstance(answer, dict) or not isinstance(answer.get("ok"), bool):
+        raise CodecError("does not say whether the robot accepts it")
+    if not answer["ok"]:
+        said = answer.get("msg")
+        raise ApiRefused(request, said if isinstance(said, str) else "")
+    _, expected, empty = wire.requests()[request]
+    if empty:
+        return {}
+    if answer.get("type", expected) != expected:
+        raise CodecError(printable(f"has the type {answer['type']}"[:80]))
+    return answer.get("body") or {}
+
+
 class ApiRequests:
     """The questions to one robot. From any thread; they take turns.
 
@@ -128,7 +159,7 @@ class ApiRequests:
             raise self._wrong(request, sentence_of(error)) from error
 
     def ask_raw(self, request: str, body: Mapping[str, Any] | None = None, *, timeout: float = 5.0) -> Any:
-        """As `ask`, but return the body as it came: whether a field is there may matter."""
+        """As `ask`, but return the body as it came; see `body_of`."""
         if request not in wire.requests():
             raise CodecError(say("{request} is not a request of the Robot API", request=request))
         text = json.dumps(wire.dump(request, body or {}, zeros=False)).encode()
@@ -175,19 +206,9 @@ class ApiRequests:
         if response.status == 401:
             raise self._locked(request)
         try:
-            found = read_json(response.body)
-            answer = found[0] if found else None
-        except JsonError as error:
-            raise self._wrong(request, str(error)) from error
-        if not isinstance(answer, dict) or not isinstance(answer.get("ok"), bool):
-            raise self._wrong(request, f"HTTP {response.status}")
-        if not answer["ok"]:
-            said = answer.get("msg")
-            raise ApiRefused(request, said if isinstance(said, str) else "")
-        expected, empty = wire.requests()[request][1:]
-        if answer.get("type", expected) != expected and not empty:
-            raise self._wrong(request, printable(f"type {answer['type']}"[:80]))
-        return answer.get("body") or {}
+            return body_of(request, read_json(response.body))
+        except (JsonError, CodecError) as error:
+            raise self._wrong(request, f"HTTP {response.status}, it {error}") from error
 
     def _wrong(self, request: str, why: str) -> RemoteProtocolError:
         doing = say("{request} at {uri}", request=request, uri=self._uri)
@@ -196,8 +217,7 @@ class ApiRequests:
         )
 
     def _locked(self, request: str) -> ApiRefused:
-        why = "it wants a name and a password; give robot_api='user:password@host:port'"
-        error = ApiRefused(request, "", say(why), status=401)
+        error = ApiRefused(request, "", WANTS_PASSWORD, status=401)
         if not self._warned:
             self._warned = True
             _log.warning("! %s: %s", self._uri, error)

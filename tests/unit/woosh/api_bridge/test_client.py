@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
 from collections.abc import Iterator
@@ -9,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.errors import CodecError, ConnectionLost, RosTimeout
 from tests.support.extras import needs
 from tests.support.waiting import until
 from woosh_pure.errors import ApiRefused
@@ -18,6 +19,7 @@ from woosh_pure.robot_api.http import ApiAddress
 needs("api")
 
 from tests.support.scripted_robot import ScriptedRobot  # noqa: E402
+from woosh_pure.api_bridge import client  # noqa: E402
 from woosh_pure.api_bridge.client import LATE_SECONDS, ApiLink  # noqa: E402
 
 POSE = "woosh.robot.PoseSpeed"
@@ -150,11 +152,61 @@ def test_after_a_lost_connection_zero_is_the_first_velocity(robot: ScriptedRobot
     until(lambda: robot.of("Battery"))
     robot.asked.clear()
     robot.drop()
-    until(lambda: lost == [None])
+    until(lambda: [type(answer) for answer in lost] == [ConnectionLost])
     link.velocity(AHEAD)  # while it is away: never sent
     until(lambda: link.number == 2 and link.up and not link.zero_due)
     assert robot.of("Twist") == [{}] * 3
     assert POSE in robot.topics
+
+
+def test_a_robot_that_leaves_too_many_requests_unanswered_is_given_up(
+    robot: ScriptedRobot, link: Link, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What waits for answers is bounded, although the robot answers what the bridge asks all the time."""
+    monkeypatch.setattr(client, "MAX_OPEN", 5)
+    robot.answers["Battery"] = lambda _: None
+    ends: list[Any] = []
+    for _ in range(6):
+        link.post("woosh.robot.Battery", done=ends.append)
+    until(lambda: [type(answer) for answer in ends] == [ConnectionLost] * 6)
+    until(lambda: link.number == 2)
+    assert link.ask(POSE)["mileage"] == 42
+
+
+@pytest.mark.parametrize(
+    "answer", [{"ok": 1}, {"ok": True, "body": {"power": "x"}}, {"ok": True, "type": "T"}]
+)
+def test_an_answer_that_does_not_fit_is_an_error(
+    robot: ScriptedRobot, link: Link, monkeypatch: pytest.MonkeyPatch, answer: dict[str, Any]
+) -> None:
+    monkeypatch.setattr(
+        robot, "_answer", lambda peer, frame: peer.send(json.dumps({**answer, "sn": frame.get("sn")}))
+    )
+    with pytest.raises(CodecError):
+        link.ask("woosh.robot.Battery")
+
+
+def test_a_close_during_a_new_connection_ends_it(
+    robot: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    link = Link(robot.port)
+    opened, go_on, real = threading.Event(), threading.Event(), link._opened
+
+    def late() -> Any:
+        opened.set()
+        go_on.wait(5.0)
+        return real()
+
+    link.start()
+    monkeypatch.setattr(link, "_opened", late)
+    robot.drop()
+    assert opened.wait(5.0)
+    closing = threading.Thread(target=link.close)
+    closing.start()
+    until(link._ended.is_set)
+    go_on.set()
+    closing.join(5.0)
+    assert not [each for each in link._threads if each.is_alive()]
 
 
 def test_a_close_sends_the_zero_that_is_due(robot: ScriptedRobot) -> None:

@@ -1,0 +1,108 @@
+"""`ApiHandlers` without a network: tasks whose request was not answered, and what a goal waits for."""
+
+from __future__ import annotations
+
+import threading
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from rosproto.action import GoalStatus
+from rosproto.errors import RosError, RosTimeout
+from woosh_pure.api_bridge import handlers as module
+from woosh_pure.api_bridge.client import ApiLink
+from woosh_pure.api_bridge.handlers import MAX_FEEDBACKS, ORDER, ApiHandlers
+from woosh_pure.api_bridge.publishing import TASK, Publishing
+from woosh_pure.robot_api.commands import ACTION, STATES
+from woosh_pure.values.messages import message_type, service_type
+
+STEP = ACTION + "StepControl"
+
+
+class Robot:
+    """What it is asked and sent; it answers as `during` does."""
+
+    def __init__(self) -> None:
+        self.up = True
+        self.posted: list[str] = []
+        self.during: Any = dict
+        self.known = Publishing(lambda row: None)
+        self.handlers = ApiHandlers(cast(ApiLink, self), self.known)
+
+    def ask(self, request: str, body: object, timeout: float) -> Any:
+        return self.during()
+
+    def post(self, request: str, body: object, done: object = None) -> None:
+        self.posted.append(request)
+
+    def task(self, task_id: int, state: int = 3) -> None:
+        """The robot tells its task."""
+        self.known.values[TASK] = {"robotTaskId": task_id, "state": state}
+        self.handlers.task_seen()
+
+    def execute(self, task_id: int) -> Any:
+        request = service_type("woosh_msgs/ExecTask").Request(task_exect=1, task_id=task_id, mark_no="A1")
+        return self.handlers.services["/exec_task"](request)
+
+
+@pytest.fixture
+def robot(monkeypatch: pytest.MonkeyPatch) -> Robot:
+    monkeypatch.setattr(module, "UNKNOWN_SECONDS", 0.0)
+    return Robot()
+
+
+def lose(robot: Robot, task_id: int, *, seen: bool) -> None:
+    def silent() -> None:
+        if seen:
+            robot.task(task_id)
+        raise RosTimeout("no answer", what="ExecTask", seconds=8.0)
+
+    robot.during = silent
+    with pytest.raises(RosError):
+        robot.execute(task_id)
+
+
+def test_a_task_that_was_seen_before_its_answer_was_late_is_cancelled(robot: Robot) -> None:
+    """The robot tells it once: nothing more may come."""
+    lose(robot, 9, seen=True)
+    assert robot.posted == [ORDER]
+
+
+def test_a_task_that_is_seen_after_its_answer_was_late_is_cancelled_once(robot: Robot) -> None:
+    lose(robot, 9, seen=False)
+    robot.task(8)
+    assert robot.posted == []
+    robot.task(9)
+    robot.task(9)
+    assert robot.posted == [ORDER]
+
+
+def test_a_task_that_is_sent_again_with_its_number_is_not_cancelled(robot: Robot) -> None:
+    """Programs number their tasks as they like."""
+    lose(robot, 9, seen=False)
+    robot.during = dict
+    assert robot.execute(9)["success"]
+    robot.task(9)
+    assert robot.posted == []
+
+
+def test_a_goal_that_a_closed_bridge_has_ended_is_followed_no_longer(robot: Robot) -> None:
+    goal = SimpleNamespace(
+        goal=message_type("woosh_msgs/StepControlGoal")(), cancel_requested=False, status=GoalStatus.ACTIVE
+    )
+    robot.up = False
+    worker = threading.Thread(target=robot.handlers.actions["/cmd_vel_control"], args=(goal,), daemon=True)
+    worker.start()
+    goal.status = GoalStatus.ABORTED
+    worker.join(5.0)
+    assert not worker.is_alive()
+
+
+def test_a_flood_of_feedbacks_waits_in_bounded_memory_and_hides_no_end(robot: Robot) -> None:
+    inbox = robot.handlers._feedback[STEP] = module.queue.SimpleQueue()
+    runs, done = STATES["kRosExecuting"], STATES["kRosSuccess"]
+    robot.handlers.feedbacks({"fbs": [{"action": STEP, "state": runs}] * (2 * MAX_FEEDBACKS)})
+    robot.handlers.feedbacks({"fbs": [{"action": STEP, "state": done}]})
+    waiting = [inbox.get_nowait()["state"] for _ in range(inbox.qsize())]
+    assert waiting == [runs] * MAX_FEEDBACKS + [done]
