@@ -11,7 +11,6 @@ may need a while to shut down, and is watched until then.
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import queue
@@ -27,6 +26,7 @@ from typing import Any, BinaryIO
 
 from rosproto.codec import decode, define, service_class
 from rosproto.errors import RosError
+from rosproto.json_text import JsonReader
 from rosproto.node import Node, PreparedCall
 from rosproto.protocol.wire_limits import Limits
 from rosproto.transport import Deadline, HttpClient
@@ -58,6 +58,7 @@ RETRY_INTERVAL = 0.5  # seconds between these attempts
 PARENT_CHECK_SECONDS = 0.25  # between two checks of the parent
 LATE_SECONDS = 0.2  # if woken later than this, this process was stopped itself
 REPAIR_SECONDS = 1.0  # between two attempts to make a watch ready again
+_read_json = JsonReader(max_values=10_000, nesting=24).read
 
 
 class _LastCall:
@@ -173,7 +174,9 @@ class _LastRequest:
 
     def _post(self, path: str, body: str, seconds: float) -> dict[str, Any]:
         response = self._client.post(path, body.encode(), Deadline(seconds), path=path)
-        answer: dict[str, Any] = json.loads(response.body)
+        answer = next(iter(_read_json(response.body)), None)
+        if response.status != 200 or not isinstance(answer, dict):
+            raise ValueError(f"{path}: not answered (HTTP {response.status})")
         return answer
 
     def send(self) -> None:
@@ -185,9 +188,11 @@ class _LastRequest:
             if self.done and self._request.only_if:
                 return
             try:
-                if not self._is_other():
-                    self._post(self._request.path, self._request.body, CALL_SECONDS)
-                self.done = True
+                if self._is_other():
+                    self.done = True
+                else:
+                    answer = self._post(self._request.path, self._request.body, CALL_SECONDS)
+                    self.done = answer.get("ok") is True
             except (RosError, ValueError):
                 pass  # sent again in the next round
 
@@ -197,10 +202,10 @@ class _LastRequest:
             return False
         key, wanted = self._request.only_if
         try:
-            told = self._post(self._request.ask_path, "{}", CALL_SECONDS)["body"]
-            return str(told.get(key, wanted)) != wanted
-        except (RosError, ValueError, KeyError, AttributeError):
+            told = self._post(self._request.ask_path, "{}", CALL_SECONDS).get("body")
+        except (RosError, ValueError):
             return False  # in doubt it is stopped
+        return isinstance(told, dict) and str(told.get(key, wanted)) != wanted
 
     def close(self) -> None:
         self._client.close()
