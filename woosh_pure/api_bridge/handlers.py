@@ -20,14 +20,12 @@ from woosh_pure.api_bridge.client import Answer, ApiLink
 from woosh_pure.api_bridge.publishing import POSE, STATE, TASK, Publishing
 from woosh_pure.enums import RobotState, StepControlMode, TaskCommand, TaskState
 from woosh_pure.errors import ApiRefused, ChassisError
-from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.table import row as interface_row
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.maps.mapfiles import cells_of_picture
 from woosh_pure.robot_api.commands import COMMANDS, ENDS, STATES, cancel_of, to_api, told
-from woosh_pure.robot_api.translate import ROBOT, to_ros
+from woosh_pure.robot_api.translate import ORIGIN, ROBOT, pose_2d, stamped, to_ros
 from woosh_pure.robot_api.wire import Values
-from woosh_pure.values.messages import stamped_pose
 
 ORDER, SCENE = ROBOT + "ActionOrder", ROBOT + "Scene"
 ANSWER_SECONDS, TASK_SECONDS, UNKNOWN_SECONDS, MAP_SECONDS = 5.0, 8.0, 12.0, 30.0
@@ -153,7 +151,7 @@ class ApiHandlers:
     def _pose(self) -> DynamicMessage | None:
         """geometry_msgs/PoseStamped of the robot."""
         found = self._known.values.get(POSE, {}).get("pose")
-        return None if found is None else stamped_pose(Pose2D(found["x"], found["y"], found["theta"]))
+        return None if found is None else stamped(found)
 
     def _get_map(self, message: DynamicMessage) -> dict[str, object]:
         name = self._link.ask(SCENE)["mapName"]
@@ -161,9 +159,8 @@ class ApiHandlers:
         found = next((one for one in maps if one["name"] == name), None)
         if found is None:
             raise ChassisError(say("the robot has no map {name} in its scene", name=name))
-        origin = found.get("origin", {"x": 0.0, "y": 0.0, "theta": 0.0})
-        pose = Pose2D(origin["x"], origin["y"], origin["theta"])
-        return {"map": grid_message(GridMap(cells_of_picture(found["mapPng"]), found["resolution"], pose))}
+        origin = pose_2d(found.get("origin", ORIGIN))
+        return {"map": grid_message(GridMap(cells_of_picture(found["mapPng"]), found["resolution"], origin))}
 
     def _initialise(self, message: DynamicMessage) -> dict[str, object]:
         why = self._ask("/woosh_init", message)

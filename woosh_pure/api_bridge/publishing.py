@@ -15,7 +15,7 @@ from rosproto.errors import RosError
 from rosproto.logs import get_logger
 from rosproto.node import Publisher
 from woosh_pure.geometry import Pose2D
-from woosh_pure.robot_api.translate import COUNT, PAIRS, ROBOT, SECTIONS, to_ros
+from woosh_pure.robot_api.translate import COUNT, PAIRS, ROBOT, SECTIONS, pose_2d, to_ros
 from woosh_pure.robot_api.wire import Values, enum, load
 from woosh_pure.served_graph.stamped import fill_transforms, stamp
 from woosh_pure.values.messages import message_type, set_pose
@@ -129,7 +129,7 @@ class Publishing:
         found, now = self.values[POSE].get("pose"), time.time()
         if found is None:
             return
-        pose = Pose2D(found["x"], found["y"], found["theta"])
+        pose = pose_2d(found)
         links = [("map", "base_link", pose)]
         if (scan := self.values.get(SCANNER)) is not None:
             offset = scan.get("offset", {"x": 0.0, "y": 0.0})

@@ -9,9 +9,9 @@ from functools import lru_cache
 
 from rosproto.gateway import Refused
 from rosproto.numeric import encode_png
-from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark
+from woosh_pure.robot_api.translate import pose_values
 from woosh_pure.robot_api.wire import Values
 
 
@@ -70,7 +70,7 @@ class RobotSite:
                     "id": 1,
                     "name": self.map,
                     "resolution": grid.resolution,
-                    "origin": _pose(grid.origin),
+                    "origin": pose_values(grid.origin),
                     "mapPng": _picture(grid),
                     "markInfo": {"version": 1, "storages": [_storage(mark) for mark in self.marks()]},
                     "fieldInfo": {},
@@ -91,15 +91,11 @@ def _picture(grid: GridMap) -> bytes:
     return encode_png(grid.to_grey())
 
 
-def _pose(pose: Pose2D) -> Values:
-    return {"x": pose.x, "y": pose.y, "theta": pose.yaw}
-
-
 def _place(mark: UserMark) -> Values:
     identity = {"id": zlib.crc32(mark.name.encode()), "no": mark.name, "desc": mark.note}
     if mark.pose is None:
         return {"identity": identity}
-    return {"identity": identity, "pose": {"dock": _pose(mark.pose), "real": _pose(mark.pose)}}
+    return {"identity": identity, "pose": dict.fromkeys(("dock", "real"), pose_values(mark.pose))}
 
 
 def _storage(mark: UserMark) -> Values:

@@ -1,29 +1,19 @@
 """Commands as ROS 1 and the Robot API have them, as one table of pairs, in both directions. Pure.
 
-`translate.py` has what a robot tells; here is what it is told. A server makes messages of requests, a bridge
-makes requests of messages. What one side cannot express is refused, never left out.
+For an action the type is that of its member of CallAction, which Feedback names. A server makes messages of
+requests, a bridge makes requests of messages. What one side cannot express is refused, never left out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any
 
 from woosh_pure.enums import StepControlMode, TaskCommand
-from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.table import row as interface_row
 from woosh_pure.robot_api import wire
-from woosh_pure.robot_api.translate import ROBOT
+from woosh_pure.robot_api.translate import ORIGIN, ROBOT, Pair, in_map, pose_2d, stamped
 from woosh_pure.robot_api.wire import Values, enum
-from woosh_pure.values.messages import (
-    message_type,
-    pose_of,
-    pose_with_covariance,
-    require_finite,
-    service_type,
-    stamped_pose,
-)
+from woosh_pure.values.messages import message_type, pose_with_covariance, require_finite, service_type
 
 ACTION = "woosh.ros.action."
 CALL, FEEDBACKS = "woosh.ros.CallAction", "woosh.ros.Feedbacks"
@@ -31,28 +21,7 @@ STATES = enum("woosh.ros.State")
 """Of Feedback, by name."""
 ENDS = {STATES[f"kRos{name}"] for name in ("Success", "Cancel", "Failure", "ExecuteFailed")}
 _MEMBERS = {field.type: field.key for field in wire.fields(CALL)}
-_ORIGIN = {"x": 0.0, "y": 0.0, "theta": 0.0}
 _TEST_API, _TEST_ROS = 4, 5  # the mode "test" of the third lift
-
-
-class Command(NamedTuple):
-    """A request and what says the same on ROS 1.
-
-    Attributes:
-        type_name: The request; for an action the type of its member of CallAction, which Feedback names.
-        row: The topic, service or action.
-        names: Fields that are equal: path in the request, path in the message.
-        poses: Poses in the map, or lists of them, as `names`.
-        fill: Sets the other fields of a message from the values of a request.
-        read: The other values of a request.
-    """
-
-    type_name: str
-    row: str
-    names: Mapping[str, str] = {}
-    poses: Mapping[str, str] = {}
-    fill: Callable[[Values, Any], object] = lambda values, message: None
-    read: Callable[[Any], Values] = lambda message: {}
 
 
 def row_of(type_name: str) -> str:
@@ -83,13 +52,7 @@ def to_ros(type_name: str, values: Values) -> tuple[str, Any]:
         message = service_type(row.type)._request_class()
     else:
         message = message_type(row.type if row.kind == "topic" else f"{row.type}Goal")()
-    for path, there in command.names.items():
-        *outer, name = there.split(".")
-        setattr(attrgetter(".".join(outer))(message) if outer else message, name, values[path])
-    for path, there in command.poses.items():
-        given = values.get(path, _ORIGIN)
-        setattr(message, there, [*map(_pose, given)] if isinstance(given, list) else _pose(given))
-    command.fill(values, message)
+    command.fill_in(message, values)
     return command.row, require_finite(message, type_name)
 
 
@@ -107,11 +70,7 @@ def to_api(row: str, message: Any) -> tuple[str, Values]:
     if not commands:
         raise KeyError(row)
     command = commands[0]
-    values = {path: attrgetter(there)(message) for path, there in command.names.items()}
-    for path, there in command.poses.items():
-        given = getattr(message, there)
-        values[path] = [*map(_read_pose, given)] if isinstance(given, list) else _read_pose(given)
-    values |= command.read(message)
+    values = command.values(message)
     member = _MEMBERS.get(command.type_name)
     return (command.type_name, values) if member is None else (CALL, {member: values})
 
@@ -150,24 +109,8 @@ def told(row: str, part: str, goal: Any, *, done: bool) -> Any:
 # -- fields that differ --------------------------------------------------------------------------------------
 
 
-def _pose_2d(values: Values) -> Pose2D:
-    return Pose2D(values["x"], values["y"], values["theta"])
-
-
-def _pose(values: Values) -> Any:
-    return stamped_pose(_pose_2d(values))
-
-
-def _read_pose(stamped: Any) -> Values:
-    pose, frame = stamped.pose, stamped.header.frame_id
-    if frame.lstrip("/") not in ("map", ""):
-        raise ValueError(f"the pose is in {frame!r}; the Robot API needs a pose in the map")
-    found = pose_of(getattr(pose, "pose", pose), "map")  # one with covariance has it one deeper
-    return {"x": found.x, "y": found.y, "theta": found.yaw}
-
-
 def _fill_initial_pose(values: Values, message: Any) -> None:
-    pose = _pose_2d(values.get("pose", _ORIGIN))
+    pose = pose_2d(values.get("pose", ORIGIN))
     made = pose_with_covariance(pose, position_deviation=0.25, yaw_deviation=0.26)  # the API has none
     message.header, message.pose = made.header, made.pose
 
@@ -183,12 +126,12 @@ def _fill_task(values: Values, message: Any) -> None:
     if len(values["custom"]) > 1:
         raise ValueError("custom: ROS 1 takes one byte at most")
     message.task_exect = int(TaskCommand.EXECUTE)
-    message.poses = [_pose(pose) for pose in path or [values[key] for key in ("pose",) if key in values]]
+    message.poses = [stamped(pose) for pose in path or [values[key] for key in ("pose",) if key in values]]
     message.custom = int.from_bytes(values["custom"], "big", signed=True)
 
 
 def _read_task(message: Any) -> Values:
-    poses = [_read_pose(pose) for pose in message.poses]
+    poses = [*map(in_map, message.poses)]
     if poses and message.mark_no:
         raise ValueError("the Robot API takes a mark or a path, not both")
     found: Values = {"custom": bytes([message.custom & 0xFF]) if message.custom else b""}
@@ -249,35 +192,29 @@ _NAVIGATION = {
 _MODE, _HEIGHT = {"action": "mode"}, {"height": "height", "action": "mode"}
 
 COMMANDS = (
-    *(Command(ROBOT + "Twist", f"/{name}_cmd_vel", _TWIST) for name in ("smooth", "base", "key")),
-    Command(ROBOT + "ExecTask", "/exec_task", _TASK, {}, _fill_task, _read_task),
-    Command(ROBOT + "ActionOrder", "/exec_task", {"order": "task_exect"}, {}, _check_order),
-    Command(
-        ROBOT + "PlanNavPath", "/move_base/make_plan", {"tolerance": "tolerance"},
-        {"start": "start", "end": "goal"},
+    *(Pair(f"/{name}_cmd_vel", ROBOT + "Twist", _TWIST) for name in ("smooth", "base", "key")),
+    Pair("/exec_task", ROBOT + "ExecTask", _TASK, _read_task, _fill_task),
+    Pair("/exec_task", ROBOT + "ActionOrder", {"order": "task_exect"}, fill=_check_order),
+    Pair(
+        "/move_base/make_plan", ROBOT + "PlanNavPath", {"tolerance": "tolerance"},
+        poses={"start": "start", "end": "goal"},
     ),
-    Command(
-        ROBOT + "SetRobotPose", "/initialpose", {}, {}, _fill_initial_pose, lambda m: {"pose": _read_pose(m)}
+    Pair("/initialpose", ROBOT + "SetRobotPose", {}, lambda m: {"pose": in_map(m)}, _fill_initial_pose),
+    Pair("/woosh_init", ROBOT + "InitRobot", read=lambda m: {"isRecord": True}),
+    Pair("/voice_synthesis", ROBOT + "Speak", {"text": "data"}),
+    Pair("/rgbled", ROBOT + "LED", {n: n for n in ("submodule", "urgency", "abnormal", "normal", "color")}),
+    Pair("/cmd_vel_control", ACTION + "StepControl", _MODE, _read_steps, _fill_steps),
+    Pair(
+        "/move_base", ACTION + "MoveBase", {"executionMode": "execution_mode"},
+        lambda m: {"action": 1}, _fill_navigation, {"poses": "poses", "targetPose": "target_pose"},
     ),
-    Command(ROBOT + "InitRobot", "/woosh_init", read=lambda m: {"isRecord": True}),
-    Command(ROBOT + "Speak", "/voice_synthesis", {"text": "data"}),
-    Command(
-        ROBOT + "LED", "/rgbled", {n: n for n in ("submodule", "urgency", "abnormal", "normal", "color")}
-    ),
-    Command(ACTION + "StepControl", "/cmd_vel_control", _MODE, {}, _fill_steps, _read_steps),
-    Command(
-        ACTION + "MoveBase", "/move_base", {"executionMode": "execution_mode"},
-        {"poses": "poses", "targetPose": "target_pose"}, _fill_navigation, lambda m: {"action": 1},
-    ),
-    Command(ACTION + "NavigationMode", "/navigation_mode", _NAVIGATION),
-    Command(ACTION + "LiftControl", "/lift_control", {"executeMode": "executeMode", **_MODE}),
-    Command(ACTION + "LiftControl2", "/lift_control2", _HEIGHT),
-    Command(
-        ACTION + "LiftControl3", "/lift_control3", {"speed": "speed", **_HEIGHT}, {}, _fill_lift, _read_lift
-    ),
+    Pair("/navigation_mode", ACTION + "NavigationMode", _NAVIGATION),
+    Pair("/lift_control", ACTION + "LiftControl", {"executeMode": "executeMode", **_MODE}),
+    Pair("/lift_control2", ACTION + "LiftControl2", _HEIGHT),
+    Pair("/lift_control3", ACTION + "LiftControl3", {"speed": "speed", **_HEIGHT}, _read_lift, _fill_lift),
 )  # fmt: skip
 """Of a type, the first is what a request becomes. The charge control of ROS 1 means something else."""
-_BY_TYPE: dict[str, Command] = {command.type_name: command for command in reversed(COMMANDS)}
+_BY_TYPE: dict[str, Pair] = {command.type_name: command for command in reversed(COMMANDS)}
 
 
 def cancel_of(action: str) -> tuple[str, Values]:

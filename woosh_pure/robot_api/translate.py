@@ -1,7 +1,8 @@
 """What ROS 1 and the Robot API say alike, as one table of pairs: a row of ROS 1 and a type of the API. Pure.
 
-Most fields only have other names. What ROS 1 does not tell is left out, which is the default of the API; a
-number that the API does not tell is NaN in ROS 1, which is not known, where the message has such numbers.
+Here is what a robot tells; `commands.py` has what it is told. Most fields only have other names. What ROS 1
+does not tell is left out, which is the default of the API; a number that the API does not tell is NaN in
+ROS 1, which is not known, where the message has such numbers.
 """
 
 from __future__ import annotations
@@ -12,12 +13,13 @@ from functools import reduce
 from operator import attrgetter
 from typing import Any, NamedTuple
 
+from rosproto.codec import DynamicMessage
 from woosh_pure.enums import RobotMode, RobotState, TaskState, WorkMode
 from woosh_pure.faults import FaultLevel, decode_status_code
-from woosh_pure.geometry import Pose2D, yaw_from_quaternion
+from woosh_pure.geometry import Pose2D
 from woosh_pure.interface.table import row as interface_row
 from woosh_pure.robot_api.wire import Values, enum, fields, messages
-from woosh_pure.values.messages import message_type, stamped_pose
+from woosh_pure.values.messages import message_type, pose_of, stamped_pose
 
 ROBOT = "woosh.robot."
 COUNT = "woosh.robot.count."
@@ -33,37 +35,55 @@ _DRIVES = {"differential": 0, "omnidirectional": 2}
 
 
 class Pair(NamedTuple):
-    """A row and a type that tell the same.
+    """A row and a type that say the same.
 
     Attributes:
-        row: The topic of ROS 1.
+        row: The topic, service or action of ROS 1.
         type_name: The type of the Robot API; a row may fill several, and a type come of several.
         names: Fields that are equal: path in the type, path in the message.
-        others: The other fields of the type, of a message.
-        back: Sets the other fields of a message, of the values of a type.
+        read: The other values of a type, of a message.
+        fill: Sets the other fields of a message, of the values of a type.
+        poses: Poses in the map, or lists of them, as `names`.
     """
 
     row: str
     type_name: str
-    names: Mapping[str, str]
-    others: Callable[[Any], Values] = lambda _: {}
-    back: Callable[[Values, Any], object] = lambda values, message: None
+    names: Mapping[str, str] = {}
+    read: Callable[[Any], Values] = lambda message: {}
+    fill: Callable[[Values, Any], object] = lambda values, message: None
+    poses: Mapping[str, str] = {}
+
+    def values(self, message: Any) -> Values:
+        """The values that a message gives."""
+        found = self.read(message)
+        for path, there in self.names.items():
+            *outer, name = path.split(".")
+            inner = found
+            for part in outer:
+                inner = inner.setdefault(part, {})
+            inner[name] = attrgetter(there)(message)
+        for name, there in self.poses.items():
+            given = getattr(message, there)
+            found[name] = [*map(in_map, given)] if isinstance(given, list) else in_map(given)
+        return found
+
+    def fill_in(self, message: Any, values: Values) -> None:
+        """Set the fields of a message."""
+        for path, there in self.names.items():
+            *outer, name = path.split(".")
+            inner = reduce(lambda part, key: part.get(key, {}), outer, values)
+            if name in inner:  # else the sub-message is absent: all its fields have their defaults
+                *parts, field = there.split(".")
+                setattr(reduce(getattr, parts, message), field, inner[name])
+        for name, there in self.poses.items():
+            given = values.get(name, ORIGIN)
+            setattr(message, there, [*map(stamped, given)] if isinstance(given, list) else stamped(given))
+        self.fill(values, message)
 
 
 def to_api(row: str, message: Any) -> dict[str, Values]:
     """The values that a message of a row gives, by type: parts of them where a type has several rows."""
-    return {pair.type_name: _values(pair, message) for pair in PAIRS if pair.row == row}
-
-
-def _values(pair: Pair, message: Any) -> Values:
-    found = pair.others(message)
-    for path, there in pair.names.items():
-        *outer, name = path.split(".")
-        inner = found
-        for part in outer:
-            inner = inner.setdefault(part, {})
-        inner[name] = attrgetter(there)(message)
-    return found
+    return {pair.type_name: pair.values(message) for pair in PAIRS if pair.row == row}
 
 
 def to_ros(row: str, values: Mapping[str, Values]) -> Any:
@@ -78,15 +98,44 @@ def to_ros(row: str, values: Mapping[str, Values]) -> Any:
         return None
     message = message_type(interface_row(row).type)()
     for pair in pairs:
-        found = values[pair.type_name]
-        for path, there in pair.names.items():
-            *outer, name = path.split(".")
-            inner = reduce(lambda part, key: part.get(key, {}), outer, found)
-            if name in inner:  # else the sub-message is absent: all its fields have their defaults
-                *parts, field = there.split(".")
-                setattr(reduce(getattr, parts, message), field, inner[name])
-        pair.back(found, message)
+        pair.fill_in(message, values[pair.type_name])
     return message
+
+
+# -- poses ---------------------------------------------------------------------------------------------------
+
+ORIGIN = {"x": 0.0, "y": 0.0, "theta": 0.0}
+
+
+def pose_2d(values: Values) -> Pose2D:
+    """The pose of a woosh.common.Pose2D."""
+    return Pose2D(values["x"], values["y"], values["theta"])
+
+
+def pose_values(pose: Pose2D) -> Values:
+    """The values of a woosh.common.Pose2D."""
+    return {"x": pose.x, "y": pose.y, "theta": pose.yaw}
+
+
+def stamped(values: Values) -> DynamicMessage:
+    """geometry_msgs/PoseStamped of a woosh.common.Pose2D.
+
+    Raises:
+        ValueError: No map has such a place.
+    """
+    return stamped_pose(pose_2d(values))
+
+
+def in_map(message: Any) -> Values:
+    """The values of a geometry_msgs/PoseStamped, or of one with covariance.
+
+    Raises:
+        ValueError: It is in another frame than the map.
+    """
+    pose, frame = message.pose, message.header.frame_id
+    if frame.lstrip("/") not in ("map", ""):
+        raise ValueError(f"the pose is in {frame!r}; the Robot API needs a pose in the map")
+    return pose_values(pose_of(getattr(pose, "pose", pose), "map"))  # with covariance it is one deeper
 
 
 # -- fields that differ --------------------------------------------------------------------------------------
@@ -133,17 +182,12 @@ def _status_code(m: Any) -> Values:
 
 
 def _path(m: Any) -> Values:
-    poses = []
-    for one in m.poses:
-        at, turn = one.pose.position, one.pose.orientation
-        poses.append({"x": at.x, "y": at.y, "theta": yaw_from_quaternion(turn.x, turn.y, turn.z, turn.w)})
-    return {"path": {"poses": poses}}
+    return {"path": {"poses": [pose_values(pose_of(one.pose, "map")) for one in m.poses]}}
 
 
 def _path_back(values: Values, m: Any) -> None:
     m.header.frame_id = "map"
-    for pose in values.get("path", {}).get("poses", ()):
-        m.poses.append(stamped_pose(Pose2D(pose["x"], pose["y"], pose["theta"])))
+    m.poses = [*map(stamped, values.get("path", {}).get("poses", ()))]
 
 
 def _scan_back(values: Values, m: Any) -> None:
@@ -188,7 +232,7 @@ PAIRS = (
             "timeIncrement": "time_increment", "scanTime": "scan_time", "rangeMin": "range_min",
             "rangeMax": "range_max", "ranges": "ranges",
         },
-        back=_scan_back,
+        fill=_scan_back,
     ),
     Pair("/move_base/global_plan", ROBOT + "NavPath", {}, _path, _path_back),
 )  # fmt: skip
