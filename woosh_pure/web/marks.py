@@ -132,10 +132,9 @@ class MarkList:
         if self._file is None:
             return self._marks
         try:
-            self._file.refresh()
+            return {mark.name: mark for mark in self._file.newest()}
         except (OSError, ValueError) as error:
             raise _not_kept("read", error) from error
-        return {mark.name: mark for mark in self._file}
 
     @contextmanager
     def _changing(self) -> Iterator[dict[str, UserMark]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -26,7 +25,7 @@ from woosh_pure.cli.connection import connect, graph_of, names
 from woosh_pure.cli.output import Output
 from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
 from woosh_pure.interface.table import driving_patterns, find
-from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
+from woosh_pure.maps.marks import MarkFile, mark_file
 from woosh_pure.robot_api.wire import PORT
 
 if TYPE_CHECKING:
@@ -128,7 +127,7 @@ def run_foxglove(args: Namespace, out: Output) -> None:
         out.result({"layout": str(args.layout)})
         return
     options = server_options(args, write=driving_patterns() if args.allow_driving else ())
-    marks = _Marks(args.marks or mark_file())
+    marks = MarkFile(args.marks or mark_file()).newest
     with _chassis(args, out, options) as (chassis, watchdog):
         topics = ChassisTopics(chassis, marks, out.language)
         with (
@@ -155,7 +154,7 @@ def run_robot_api(args: Namespace, out: Output) -> None:
 
     options = gateway_options(args)
     with _chassis(args, out, options) as (chassis, watchdog):
-        site = RobotSite("robot", "map", chassis.get_map, _Marks(args.marks or mark_file()))
+        site = RobotSite("robot", "map", chassis.get_map, MarkFile(args.marks or mark_file()).newest)
         more = {"site": site, "lease": chassis.lease, "share": args.share, "watchdog": watchdog}
         with serving(RobotApiServer, chassis.node, options, **more) as server:
             line = serving_line("the Robot API", server, options, shown_token(args, options))
@@ -186,24 +185,3 @@ def _serve(
         until_interrupted(server.node, args.seconds)
     except KeyboardInterrupt:
         pass  # the normal end of this command
-
-
-class _Marks:
-    """The list of marks; reread when its file changes."""
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._read: tuple[float, tuple[UserMark, ...]] = (-1.0, ())
-        self._looked = 0.0
-
-    def __call__(self) -> Sequence[UserMark]:
-        now = time.monotonic()
-        if now - self._looked >= 1.0:
-            self._looked = now
-            try:
-                changed = self._path.stat().st_mtime
-            except OSError:
-                changed = -1.0
-            if changed != self._read[0]:
-                self._read = changed, tuple(MarkFile(self._path))
-        return self._read[1]
