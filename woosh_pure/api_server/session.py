@@ -67,7 +67,7 @@ async def _answer(state: ApiState, frame: object, client: Hashable) -> Values:
     """`respond`, in a thread where it may wait; called in the server's loop."""
     type_name = frame.get("type") if isinstance(frame, dict) else None
     work = partial(respond, state, frame, client, time.monotonic())
-    if isinstance(type_name, str) and state.waits(type_name, client):
+    if state.waits(type_name, client):
         return await state.pool.run(work, always=is_command(type_name))
     return work()
 
@@ -99,10 +99,6 @@ class ApiPosts:
 class ApiSession:
     """One client of a server; a `ClientSession`.
 
-    Args:
-        state: Shared by all sessions.
-        channel: Sends to the client.
-
     Attributes:
         topics: Types that are pushed to it; changed by `ApiState.subscribe` alone.
     """
@@ -116,7 +112,7 @@ class ApiSession:
 
     @property
     def max_message_bytes(self) -> int:
-        """Longest next message in bytes."""
+        """See `GatewayState`."""
         return self._state.max_message_bytes
 
     async def received(self, data: str | bytes) -> None:
@@ -131,7 +127,7 @@ class ApiSession:
         type_name = frame.get("type") if isinstance(frame, dict) else None
         if isinstance(frame, dict) and type_name == wire.SUBSCRIPTION:
             await state.pool.run(partial(self._subscribe, frame))
-        elif self._is_slow(type_name) and self._free.acquire(blocking=False):
+        elif is_command(type_name) and state.waits(type_name, self) and self._free.acquire(blocking=False):
             # The next message is read meanwhile: it may be a stop.
             state.pool.spawn(partial(self._reply, frame, time.monotonic()))
         else:
@@ -164,10 +160,6 @@ class ApiSession:
         """What waits of a topic that was left is not sent; the state's lock is held."""
         self._pushed.pop(type_name, None)
         self.channel.outbox.forget(type_name)
-
-    def _is_slow(self, type_name: object) -> bool:
-        is_one = isinstance(type_name, str) and is_command(type_name)
-        return is_one and self._state.waits(str(type_name), self)
 
     def _reply(self, frame: object, received: float) -> None:
         try:

@@ -64,22 +64,17 @@ for _name in ("OperationState", "NavPath", "DeviceState", "HardwareState"):
     CHANGED_BY["/status_code"].add(ROBOT + _name)
 CHANGED_BY["/status_code"].add(COUNT + "AbnormalCodes")
 CHANGED_BY["/odom_twist"].add(ROBOT + "NavPath")
+_NOTHING: Mapping[str, Values] = {}
 
 
-def is_command(type_name: str) -> bool:
-    """Whether a request does more than read."""
-    request = wire.requests().get(type_name)
+def is_command(type_name: object) -> bool:
+    """Whether it is the type of a request that does more than read."""
+    request = wire.requests().get(type_name) if isinstance(type_name, str) else None
     return request is not None and request.kind != "read"
 
 
 class ApiState(GatewayState):
-    """What the sessions of one server share.
-
-    Args:
-        node, access, limits, watchdog: See `GatewayState`.
-        robot_id: The number of the robot in answers and pushes.
-        site: What the topics do not tell; None leaves it not known.
-        lease, share: See `Commands`.
+    """What the sessions of one server share; arguments as of `RobotApiServer`.
 
     Raises:
         RosError: The topics cannot be subscribed.
@@ -169,7 +164,7 @@ class ApiState(GatewayState):
         if repeated and (not code.is_fault or code.code in self._active):
             return
         self._last_codes[code.source] = code.code
-        task, state = self._known(ROBOT + "TaskProc", {}), self._known(ROBOT + "RobotState", {}) or {}
+        task, state = self.known(ROBOT + "TaskProc"), self.known(ROBOT + "RobotState") or {}
         event = {**part, "time": time.time_ns() // 1_000_000, **state}
         if task is not None and TaskState(task["state"]).is_under_way:
             event |= {"robotTaskId": task["robotTaskId"], "type": task["action"]["type"]}
@@ -212,21 +207,33 @@ class ApiState(GatewayState):
             raise Refused(f"{type_name} is not known here: no topic of the robot tells it, or none was heard")
         return self._identified(type_name, values)
 
-    def waits(self, type_name: str, client: Hashable) -> bool:
+    def waits(self, type_name: object, client: Hashable) -> bool:
         """Whether a request of a client may take long, so that it needs a thread."""
-        return type_name in self._answers or (
-            is_command(type_name) and self.commands.waits(type_name, client)
-        )
+        if not isinstance(type_name, str):
+            return False
+        commanded = is_command(type_name) and self.commands.waits(type_name, client)
+        return commanded or type_name in self._answers
 
-    def known(self, type_name: str) -> Values | None:
-        """The present values of a type, as topics tell them; None if they are not known."""
+    def known(self, type_name: str, facts: Mapping[str, Values] = _NOTHING) -> Values | None:
+        """The parts of a type, if all its rows were heard and their publishers are there; and its facts. None
+        if it is not known."""
+        rows = [pair.row for pair in PAIRS if pair.type_name == type_name]
         with self._news:
-            return self._known(type_name, {})
+            heard = [row for row in rows if self.hears(row)]
+            if not rows or not OPTIONAL.issuperset(set(rows).difference(heard)):
+                return facts.get(type_name)
+            values: Values = {}
+            for row in heard:
+                values |= _translated(self._latest[row])[type_name]
+        return {**values, **facts.get(type_name, {})}
 
-    def hears(self, row: str, seconds: float) -> bool:
-        """Whether a topic was heard in the last seconds, and its publisher is there."""
+    def hears(self, row: str, seconds: float | None = None) -> bool:
+        """Whether a topic was heard and its publisher is there; lately, if it is sent all the time."""
         with self._news:
-            return self._is_heard(row, seconds)
+            link, event = self._links.get(row, self._scan), self._latest.get(row)
+            if event is None or link is None or not link.connections:
+                return False
+            return row not in AGING or time.monotonic() - event.received <= (seconds or MAX_AGE)
 
     def drive_limits(self) -> DriveLimits:
         """Speeds that the chassis tells, or the usual ones."""
@@ -253,7 +260,7 @@ class ApiState(GatewayState):
         """The present values of a type; None if they are not known. The lock is held."""
         if type_name == ROBOT + "RobotInfo":
             found = {key: self._values(name, facts) for key, name in SECTIONS.items()}
-            found |= self._known(ROBOT + "RobotState", facts) or {}
+            found |= self.known(ROBOT + "RobotState", facts) or {}
             return {key: values for key, values in found.items() if values is not None}
         if type_name == COUNT + "StatusCodes":
             return {"scs": [*self._events]}
@@ -263,31 +270,14 @@ class ApiState(GatewayState):
             return {"tes": [*self._tasks]}
         if type_name in (ROBOT + "OperationState", ROBOT + "NavPath"):
             names = (ROBOT + name for name in ("TaskProc", "RobotState", "Mode", "PoseSpeed", "NavPath"))
-            known = {name: values for name in names if (values := self._known(name, facts)) is not None}
+            known = {name: values for name in names if (values := self.known(name, facts)) is not None}
             if type_name == ROBOT + "NavPath":
                 return path_driven(known)
             return operation_state(
                 known, max((f.level for f in self._faults.active), default=FaultLevel.NORMAL)
             )
-        told = self._known(type_name, facts)
+        told = self.known(type_name, facts)
         return self._placed(told) if told is not None and type_name == SCANNER else told
-
-    def _known(self, type_name: str, facts: Mapping[str, Values]) -> Values | None:
-        """The parts of a type, if all its rows were heard and their publishers are there; and its facts."""
-        rows = [pair.row for pair in PAIRS if pair.type_name == type_name]
-        heard = [row for row in rows if self._is_heard(row)]
-        if not rows or not OPTIONAL.issuperset(set(rows).difference(heard)):
-            return facts.get(type_name)
-        values: Values = {}
-        for row in heard:
-            values |= _translated(self._latest[row])[type_name]
-        return {**values, **facts.get(type_name, {})}
-
-    def _is_heard(self, row: str, seconds: float | None = None) -> bool:
-        link, event = self._links.get(row, self._scan), self._latest.get(row)
-        if event is None or link is None or not link.connections:
-            return False
-        return row not in AGING or time.monotonic() - event.received <= (seconds or MAX_AGE)
 
     def _newest_scan(self) -> Values:
         before = self._latest.get(SCAN)
@@ -297,8 +287,8 @@ class ApiState(GatewayState):
             return self._placed(_translated(self._latest[SCAN])[SCANNER])
 
     def _placed(self, scan: Values) -> Values:
-        """A scan with the pose of the robot, if it is known. The lock is held."""
-        speed = self._known(ROBOT + "PoseSpeed", {})
+        """A scan with the pose of the robot, if it is known."""
+        speed = self.known(ROBOT + "PoseSpeed")
         return scan if speed is None else {**scan, "pose": speed["pose"]}
 
     def _plan(self, asked: Values) -> Values:
