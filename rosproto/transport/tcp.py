@@ -199,13 +199,17 @@ def _probe(sock: socket.socket, idle: int, interval: int, count: int) -> None:
     )
 
 
-def interrupt(sock: socket.socket) -> None:
+def interrupt(sock: socket.socket, *, deliver: bool = True) -> None:
     """End a connection in both directions and wake the threads that read or write it; from any thread.
+
+    What was not sent yet is discarded with `deliver=False`.
 
     The owner still closes the socket. On POSIX it is only shut down here: closing would let a new socket
     reuse its number while another thread still reads. On Windows a waiting read ends only when its socket is
     closed.
     """
+    if not deliver:
+        set_linger(sock, False)
     try:
         sock.shutdown(socket.SHUT_RDWR)
     except OSError:

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from types import TracebackType
 
 import rosproto
 from rosproto.errors import RosError
@@ -15,19 +14,10 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from rosproto.transport import HostNames
 from woosh_pure import interface
+from woosh_pure.api_bridge import publishing
 from woosh_pure.api_bridge.client import GONE_SECONDS, LATE_SECONDS, Answer, ApiLink
 from woosh_pure.api_bridge.handlers import ApiHandlers
-from woosh_pure.api_bridge.publishing import (
-    CODES,
-    POSE,
-    ROWS,
-    SCAN,
-    SCANNER,
-    STATUS,
-    TASK,
-    TELLING,
-    Publishing,
-)
+from woosh_pure.api_bridge.publishing import POSE, SCAN, SCANNER, STATUS, TASK, Publishing
 from woosh_pure.robot_api.commands import FEEDBACKS
 from woosh_pure.robot_api.http import ApiAddress
 from woosh_pure.robot_api.translate import ROBOT
@@ -37,7 +27,7 @@ from woosh_pure.served_graph.graph import ServedGraph
 NODE = "/ros_interface"
 """Has all that the bridge serves: one of the robot's own nodes for everybody who looks at the graph."""
 _TICK, _ASK_EVERY, _REPEAT_EVERY = 0.05, 0.2, 1.0
-_RENEWED = (STATUS, CODES)
+_RENEWED = (STATUS, publishing.CODES)
 """Published by a new publisher after a lost link: who listens sees that something may have been missed."""
 _log = get_logger("woosh_pure.api_bridge")
 
@@ -65,7 +55,7 @@ class ApiBridge:
         on_refused: Callable[[str], object] = lambda why: None,
     ) -> None:
         self._on_refused = on_refused
-        topics = sorted({*TELLING, FEEDBACKS})
+        topics = sorted({*publishing.TELLING, FEEDBACKS})
         self._link = ApiLink(address, topics, self._received, self._refused, hosts)
         self._known = Publishing(self._publisher)
         self._handlers = ApiHandlers(self._link, self._known)
@@ -104,7 +94,7 @@ class ApiBridge:
         )
 
     def _build(self) -> None:
-        served = {*ROWS, *self._handlers.topics, *self._handlers.services, *self._handlers.actions}
+        served = {*publishing.ROWS, *self._handlers.topics, *self._handlers.services, *self._handlers.actions}
         self._rows = {
             row.name: replace(row, providers=(NODE,), latched=row.name == STATUS)
             for row in interface.ROWS
@@ -139,9 +129,7 @@ class ApiBridge:
     def __enter__(self) -> ApiBridge:
         return self.start()
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         self.close()
 
     def __repr__(self) -> str:

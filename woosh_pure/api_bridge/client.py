@@ -10,8 +10,6 @@ import itertools
 import json
 import queue
 import socket
-import struct
-import sys
 import threading
 import time
 from collections import deque
@@ -42,9 +40,6 @@ FRESH_SECONDS = 0.3
 ZEROS, ZERO_PAUSE, ZERO_AGAIN, MAX_ZEROS = 3, 0.05, 0.25, 40
 """A zero is sent so often and so many seconds apart; then more seldom, until one is accepted."""
 TWIST = ROBOT + "Twist"
-_ABORT = struct.pack(
-    "hh" if sys.platform == "win32" else "ii", 1, 0
-)  # for SO_LINGER: what was not sent yet is discarded
 _log = get_logger("woosh_pure.api_bridge")
 Answer = Values | RosError
 """The values of an answer, or why there are none: `ConnectionLost`, `ApiRefused`, `CodecError`."""
@@ -153,11 +148,7 @@ class ApiLink:
     def cut(self) -> None:
         """End the present connection; what waits to be sent is discarded. It is made again unless closed."""
         if (sock := self._socket) is not None:
-            try:
-                sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _ABORT)
-            except OSError:
-                pass  # closed already
-            interrupt(sock)
+            interrupt(sock, deliver=False)
 
     # -- asking ---------------------------------------------------------------------------------------------
 
@@ -203,12 +194,8 @@ class ApiLink:
         try:
             answer = next_item(answers, timeout)
         except queue.Empty:
-            text = say(
-                "{uri} has not answered {request} in {seconds} s",
-                uri=self.uri,
-                request=request,
-                seconds=timeout,
-            )
+            late = "{uri} has not answered {request} in {seconds} s"
+            text = say(late, uri=self.uri, request=request, seconds=timeout)
             raise RosTimeout(text, what=request, seconds=timeout) from None
         if isinstance(answer, RosError):
             raise answer

@@ -39,10 +39,6 @@ _log = get_logger("woosh_pure.api_bridge")
 class ApiHandlers:
     """The `Handlers` of a bridge.
 
-    Args:
-        link: To the robot.
-        publishing: Knows what the robot has told.
-
     Attributes:
         velocity_refused: A velocity was refused; none is sent until a zero was asked for.
     """
@@ -173,21 +169,21 @@ class ApiHandlers:
         kind = next(one.type_name for one in COMMANDS if one.row == row)
         inbox = self._feedback[kind] = queue.SimpleQueue[Values]()
         try:
-            self._carry_out(row, goal, inbox)
+            if why := self._ask_for(row, goal):
+                goal.abort(told(row, "Result", goal.goal, done=False), text=why)
+            elif row == "/navigation_mode":  # it has no end of its own
+                goal.succeed(told(row, "Result", goal.goal, done=True))
+            else:
+                self._follow(row, goal, inbox)
         finally:
             self._feedback.pop(kind, None)
 
-    def _carry_out(self, row: str, goal: ServerGoal, inbox: queue.SimpleQueue[Values]) -> None:
+    def _ask_for(self, row: str, goal: ServerGoal) -> str:
         try:
-            if why := self._ask(row, goal.goal):
-                goal.abort(told(row, "Result", goal.goal, done=False), text=why)
-                return
+            return self._ask(row, goal.goal)
         except (ConnectionLost, RosTimeout) as error:
             _log.warning("! %s: %s; it may have begun", row, error)
-        if row == "/navigation_mode":  # it has no end of its own
-            goal.succeed(told(row, "Result", goal.goal, done=True))
-            return
-        self._follow(row, goal, inbox)
+            return ""
 
     def _follow(self, row: str, goal: ServerGoal, inbox: queue.SimpleQueue[Values]) -> None:
         heard, cancel_at = time.monotonic(), 0.0

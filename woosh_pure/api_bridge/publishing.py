@@ -34,10 +34,7 @@ _log = get_logger("woosh_pure.api_bridge")
 
 
 class Publishing:
-    """Publishes what is known, and keeps it.
-
-    Args:
-        publisher: Returns the publisher of a row.
+    """Publishes what is known by the publisher of each row, and keeps it.
 
     Attributes:
         values: The newest values by type, since the link was made.
@@ -80,8 +77,9 @@ class Publishing:
             if type_name in (STATE, MODE):
                 self._status_due = True  # the TaskProc of the same moment comes next, or has come
                 return
-            for row in dict.fromkeys(pair.row for pair in PAIRS if pair.type_name == type_name):
-                self._publish(row)
+            for pair in PAIRS:
+                if pair.type_name == type_name:
+                    self._publish(pair.row)
             if type_name == POSE:
                 self._place()
             elif type_name == DEVICE:

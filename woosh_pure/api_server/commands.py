@@ -46,13 +46,7 @@ IDLE_SECONDS = 2.0
 
 
 class Commands:
-    """Carries out the commands of all clients of one server.
-
-    Args:
-        state: Of the server.
-        lease: Acquired for each command that is not a stop; None for none.
-        share: Whether a client may drive while another client or program does: the robot obeys the last one.
-    """
+    """Carries out the commands of all clients of one server; `lease` and `share` as of `RobotApiServer`."""
 
     def __init__(self, state: ApiState, lease: ChassisLease | None, share: bool) -> None:
         self._state, self._lease, self._share = state, lease, share
@@ -153,10 +147,6 @@ class Commands:
                     raise Refused(f"{driver.sentence()}; the robot would obey both in turn: end that program")
 
     def _require_alone(self, client: Hashable) -> None:
-        """
-        Raises:
-            Refused: Another client drives by velocity, and the server does not share.
-        """
         now = time.monotonic()
         for other, last in [] if self._share else list(self._driving.items()):
             if other != client and now - last < DRIVES_SECONDS:
@@ -174,14 +164,12 @@ class Commands:
         """Leave the topic of velocities when nobody has used it for some seconds."""
         while not self._closing.wait(0.5):
             with self._lock:
-                if time.monotonic() - self._sent >= IDLE_SECONDS:
-                    output, self._output = self._output, None
-                    self._driving.clear()
-                    break
-        else:
-            return
-        if output is not None:
+                if time.monotonic() - self._sent < IDLE_SECONDS:
+                    continue
+                output, self._output = self._output, None
+                self._driving.clear()
             output.close()
+            return
 
     # -- tasks ----------------------------------------------------------------------------------------------
 
