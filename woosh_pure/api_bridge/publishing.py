@@ -27,6 +27,7 @@ ROWS = {pair.row for pair in PAIRS} | {"/amcl_pose", "/tf"}
 TELLING = {pair.type_name for pair in PAIRS} - {SCANNER} | {DEVICE, COUNT + "AbnormalCodes"}
 """The types that are published."""
 _REPEATED = ("/battery", "/information")
+MAX_FAULTS = 100  # that are repeated
 _PRESSED, _RELEASED, _STOP_CODES = 110201000013, 110201000000, 110_201  # the first six digits
 _BUTTON = enum(ROBOT + "DeviceState.HardwareBit")["kEmgBtn"]
 _LOCALISED = enum(ROBOT + "DeviceState.SoftwareBit")["kLocation"]
@@ -90,7 +91,8 @@ class Publishing:
         with self._lock:
             for row in _REPEATED:
                 self._publish(row)
-            known = {one["code"] for one in self.values.get(COUNT + "AbnormalCodes", {}).get("scs", ())}
+            faults = self.values.get(COUNT + "AbnormalCodes", {}).get("scs", ())
+            known = {one["code"] for one in faults[:MAX_FAULTS]}
             if self._pressed and not any(code // 10**6 == _STOP_CODES for code in known):
                 known.add(_PRESSED)
             for code in sorted(known):

@@ -123,9 +123,11 @@ class Commands:
                     raise Refused("the velocity waited for too long, so it is not obeyed any more")
                 if output is self._output:
                     output.publish(message, received, client)
-                    self._sent = self._driving[client] = time.monotonic()
-                    if not moving:
-                        del self._driving[client]
+                    self._sent = time.monotonic()
+                    if moving:
+                        self._driving[client] = self._sent
+                    else:
+                        self._driving.pop(client, None)
                     return
 
     def _require_may_drive(self, client: Hashable, velocity: Velocity) -> None:
@@ -154,11 +156,12 @@ class Commands:
 
     def _open(self, row: str, kind: type[Any]) -> Any:
         with self._opening:
-            if self._output is None:
+            output = self._output  # `_leave` may end it meanwhile
+            if output is None:
                 self._sent = time.monotonic()
-                self._output = self._state.publications.open(self, row, kind)
+                output = self._output = self._state.publications.open(self, row, kind)
                 self._state.pool.spawn(self._leave)
-            return self._output
+            return output
 
     def _leave(self) -> None:
         """Leave the topic of velocities when nobody has used it for some seconds."""
@@ -249,7 +252,7 @@ class Commands:
 
     def _follow(self, kind: str, goal: GoalHandle) -> None:
         """Push the end of a goal; runs in its own thread."""
-        end = "Failure"
+        end, text = "Failure", ""
         try:
             result, text = goal.wait(None), with_words(goal.text)
             if goal.status in (GoalStatus.PREEMPTED, GoalStatus.RECALLED):
@@ -258,8 +261,9 @@ class Commands:
                 end = "Success"
         except RosError as error:
             text = str(error)
-        self._goals.pop(kind, None)
-        self._tell(kind, end, text)
+        finally:
+            self._goals.pop(kind, None)
+            self._tell(kind, end, text)
 
     def _tell(self, kind: str, state: str, text: str = "") -> None:
         told = {"action": kind, "state": STATES[f"kRos{state}"], "msg": text}
