@@ -41,13 +41,8 @@ class PostHandler(Protocol):
 
 
 class HttpRequests(asyncio.Protocol):
-    """One connection: its requests, each read when the answer to the one before was taken.
-
-    Args:
-        server: Admits, counts and logs.
-        handler: Answers.
-        budget: Of the loop, for reading.
-        websocket: Makes the protocol that takes over if this is a WebSocket.
+    """One connection: its requests, each read when the answer to the one before was taken. `websocket` makes
+    the protocol that takes over if it is one.
 
     Attributes:
         budgeted: What the transport calls.

@@ -72,11 +72,9 @@ class ApiLink:
     """A connection to the Robot API. Thread-safe; only `ask`, `start` and `close` wait.
 
     Args:
-        address: Where it is.
         topics: Subscribed as soon as it is connected.
         received: Called with the type and the values of each push, in the reading thread.
         refused: Called with the robot's words when it refuses a velocity, in the reading thread.
-        hosts: Resolves names that the system does not know.
 
     Attributes:
         number: How often it has connected.
@@ -163,8 +161,6 @@ class ApiLink:
         """Send a request. Does not wait.
 
         Args:
-            request: Its type.
-            body: Its values.
             done: Called with the answer, or that the link has ended before; in the reading thread.
             prompt: Whether the link counts as late if the answer is late.
 

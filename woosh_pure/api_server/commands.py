@@ -181,10 +181,13 @@ class Commands:
         self._require_alone(client)
         self._require_wanted(received)
         self._task_id = request.task_id
-        _require(self._call(row, request))
-        if self._cancelled > received:  # by another request, meanwhile
-            self._order(client, ORDER, {"order": TaskCommand.CANCEL}, received)
-            self._require_wanted(received)
+        try:
+            reply = self._call(row, request)
+        finally:  # without a reply the robot may have accepted it
+            if self._cancelled > received:  # by another request, meanwhile
+                self._order(client, ORDER, {"order": TaskCommand.CANCEL}, received)
+        _require(reply)
+        self._require_wanted(received)
 
     def _order(self, client: Hashable, kind: str, values: Values, received: float) -> None:
         """An order for the task under way; a cancel also for the last one from here, which the robot may not

@@ -28,14 +28,10 @@ _SN_BITS = 63
 
 
 def respond(state: ApiState, frame: object, client: Hashable, received: float | None = None) -> Values:
-    """Answer one request; the answer has its number. May wait for the robot, see `ApiState.waits`.
+    """Answer one request, `{"type", "body", "sn"}`; the answer has its number.
 
-    Args:
-        state: The robot.
-        frame: Decoded JSON: `{"type", "body", "sn"}`.
-        client: Who asks: the session of a WebSocket, or the IP address of the clients by HTTP there, which
-            have no connection that ends with them.
-        received: When it came, by `time.monotonic()`; None means now.
+    It may wait for the robot, see `ApiState.waits`. The client is the session of a WebSocket, or the IP
+    address of the clients by HTTP there, which have no connection that ends with them.
     """
     if not isinstance(frame, dict):
         return wire.answer("", ok=False, msg=f"the message is {shown(frame)}; expected an object")

@@ -38,9 +38,7 @@ def row_of(type_name: str) -> str:
 def to_ros(type_name: str, values: Values) -> tuple[str, Any]:
     """What a request is on ROS 1: the topic, service or action, and the message, request or goal for it.
 
-    Args:
-        type_name: The request. ActionOrder names no task: set `task_id` of its message.
-        values: As `wire.load` returns them.
+    ActionOrder names no task: set `task_id` of its message.
 
     Raises:
         ValueError: ROS 1 cannot express it, or it is out of the interface's limits.
@@ -90,14 +88,7 @@ def member_of(type_name: str, values: Values) -> tuple[str, Values]:
 
 
 def told(row: str, part: str, goal: Any, *, done: bool) -> Any:
-    """The result or feedback of an action, as far as a Feedback of the Robot API tells it.
-
-    Args:
-        row: The action.
-        part: "Result" or "Feedback".
-        goal: The goal, whose values a result repeats.
-        done: Whether it succeeded; of a feedback False.
-    """
+    """The "Result" or "Feedback" of an action, as the Robot API tells it; it repeats the goal's values."""
     message = message_type(f"{interface_row(row).type}{part}")()
     source = [goal, *getattr(goal, "stepControl", ())][-1]
     known = {"result": 1 if done else -1, "feedback": 1, "percent": 100.0 * done}

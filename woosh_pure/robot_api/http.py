@@ -118,12 +118,7 @@ def body_of(request: str, answer: object) -> Any:
 
 
 class ApiRequests:
-    """The questions to one robot. From any thread; they take turns.
-
-    Args:
-        address: Where it is.
-        hosts: Resolves names that the system does not know.
-    """
+    """The questions to one robot. From any thread; they take turns."""
 
     def __init__(self, address: ApiAddress, hosts: HostNames | None = None) -> None:
         self._uri = make_uri(address.host, address.port)

@@ -14,13 +14,7 @@ from woosh_pure.robot_api.wire import dump, path_of
 
 
 def last_request(api: ApiAddress, name: str, message: Any) -> LastRequest:
-    """The zero of a velocity topic, the cancel of a task or that of an action.
-
-    Args:
-        api: Where the robot is.
-        name: The topic, service or action.
-        message: The zero, or the request that cancels; None for an action.
-    """
+    """The zero of a velocity topic, the cancel of a task or, without a message, that of an action."""
     type_name, values = cancel_of(name) if message is None else to_api(name, message)
     task = getattr(message, "task_id", None)  # the order names no task: another one is spared
     return LastRequest(

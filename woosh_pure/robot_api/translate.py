@@ -87,12 +87,7 @@ def to_api(row: str, message: Any) -> dict[str, Values]:
 
 
 def to_ros(row: str, values: Mapping[str, Values]) -> Any:
-    """The message of a row; None while a type that it comes of is not known.
-
-    Args:
-        row: The topic.
-        values: By type, as `wire.load` makes them.
-    """
+    """The message of a row, of values by type; None while a type that it comes of is not known."""
     pairs = [pair for pair in PAIRS if pair.row == row]
     if any(pair.type_name not in values for pair in pairs):
         return None

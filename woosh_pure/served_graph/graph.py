@@ -38,10 +38,6 @@ class Handlers(Protocol):
 class ServedGraph:
     """The nodes of a chassis and what they have; a subclass may add to each row.
 
-    Args:
-        handlers: What is done with messages, requests and goals.
-        new_node: Makes a node by its name.
-
     Attributes:
         nodes: By name.
         publishers, subscribers: (node, topic) to publisher or subscriber.

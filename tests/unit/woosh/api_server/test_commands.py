@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import pytest
 
+from rosproto.errors import RosTimeout
 from rosproto.gateway import Access, Refused
 from woosh_pure.api_server.commands import ORDER, TASK, TWIST, Commands
 from woosh_pure.api_server.state import ApiState
@@ -121,6 +122,21 @@ def test_a_cancel_that_comes_while_a_task_is_sent_ends_it(robot: Fake) -> None:
     assert robot.called[-1] == (4, 9)
     robot.do(TASK, {"taskId": 11, "markNo": "A1"}, received + 0.2)
     assert robot.called[-1] == (1, 11)
+
+
+def test_a_cancelled_task_whose_reply_is_late_is_cancelled_again(robot: Fake) -> None:
+    """The robot may have accepted it after it refused the cancel."""
+    received = time.monotonic()
+
+    def cancel_and_stay_silent() -> None:
+        robot.during = lambda: None
+        robot.do(ORDER, {"order": 4}, received + 0.1)
+        raise RosTimeout("no reply", what="/exec_task", seconds=5.0)
+
+    robot.during = cancel_and_stay_silent
+    with pytest.raises(RosTimeout):
+        robot.do(TASK, {"taskId": 9, "markNo": "A1"}, received)
+    assert robot.called == [(1, 9), (4, 9), (4, 9)]
 
 
 def test_a_cancel_means_the_task_that_is_told_and_the_last_one_from_here(robot: Fake) -> None:
