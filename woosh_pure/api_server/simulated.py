@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from urllib.parse import urlsplit
 
 from woosh_pure.api_server.site import RobotSite
+from woosh_pure.geometry import Footprint
 from woosh_pure.robot_api.wire import Values, enum
 from woosh_pure.sim import SimulatedChassis
 
-_CORNERS = 12  # of the outline of the round body
+_PRESSED = enum("woosh.robot.DeviceState.HardwareBit")["kEmgBtn"]
+_LOCATED = enum("woosh.robot.DeviceState.SoftwareBit")["kLocation"]
 _FAULT = enum("woosh.robot.HardwareState.State")["kFatal"]
 _PARTS = {"motor": [0, 0], "lidar": [0], "camera": [0]}
 
@@ -18,10 +19,6 @@ _PARTS = {"motor": [0, 0], "lidar": [0], "camera": [0]}
 def simulated_site(sim: SimulatedChassis, robot_id: int = 1) -> RobotSite:
     """The map of a simulated chassis with its marks, and the state of its parts; it has no stored tasks."""
     site = sim.world.site
-    hardware, software = (
-        enum("woosh.robot.DeviceState.HardwareBit"),
-        enum("woosh.robot.DeviceState.SoftwareBit"),
-    )
     host = urlsplit(sim.master_uri).hostname or ""
 
     def facts() -> Mapping[str, Values]:
@@ -30,18 +27,14 @@ def simulated_site(sim: SimulatedChassis, robot_id: int = 1) -> RobotSite:
             pressed, located, bumped = world.emergency_stop, world.located, world.bumper
             radius = world.settings.radius
         size = round(2000 * radius)
-        angles = [2.0 * math.pi * corner / _CORNERS for corner in range(_CORNERS)]
-        outline = [{"x": radius * math.cos(angle), "y": radius * math.sin(angle)} for angle in angles]
+        outline = [{"x": x, "y": y} for x, y in Footprint.circle(radius, corners=12).points]
         return {
             "woosh.robot.General": {
                 "modelData": {"length": size, "width": size},
                 "displayModel": "simulated chassis",
                 "serialNumber": robot_id,
             },
-            "woosh.robot.DeviceState": {
-                "hardware": hardware["kEmgBtn"] * pressed,
-                "software": software["kLocation"] * located,
-            },
+            "woosh.robot.DeviceState": {"hardware": _PRESSED * pressed, "software": _LOCATED * located},
             "woosh.robot.HardwareState": {**_PARTS, "crash": _FAULT * bumped},
             "woosh.robot.Model": {"model": outline},
             **{f"woosh.task.{name}": {} for name in ("TaskInfo", "RepeatTasks", "CallTasks")},

@@ -46,38 +46,29 @@ class RobotSite:
         """The Scene in use."""
         return {"sceneName": self.scene, "mapId": 1, "mapName": self.map, "version": 1}
 
-    def _require(self, asked: Values) -> None:
+    def _with_map(self, asked: Values, **more: object) -> Values:
         if asked["name"] not in ("", self.scene):
             raise Refused(f"there is no scene {asked['name'][:100]!r}; there is: {self.scene}")
+        return {"name": self.scene, "maps": [{"id": 1, "name": self.map, **more}]}
 
     def _easy(self, asked: Values) -> Values:
-        self._require(asked)
         lists: dict[str, list[Values]] = {"bases": [], "chargers": []}
         for mark in self.marks():
             lists["chargers" if mark.charger else "bases"].append(_place(mark))
-        return {
-            "name": self.scene,
-            "maps": [{"id": 1, "name": self.map, "version": 1, "storages": lists}],
-        }
+        return self._with_map(asked, version=1, storages=lists)
 
     def _data(self, asked: Values) -> Values:
-        self._require(asked)
-        grid = self.grid()
-        return {
-            "name": self.scene,
-            "maps": [
-                {
-                    "id": 1,
-                    "name": self.map,
-                    "resolution": grid.resolution,
-                    "origin": pose_values(grid.origin),
-                    "mapPng": _picture(grid),
-                    "markInfo": {"version": 1, "storages": [_storage(mark) for mark in self.marks()]},
-                    "fieldInfo": {},
-                    "pathInfo": {},
-                }
-            ],
-        }
+        self._with_map(asked)  # the map need not be fetched for another scene
+        grid, marks = self.grid(), [_storage(mark) for mark in self.marks()]
+        return self._with_map(
+            asked,
+            resolution=grid.resolution,
+            origin=pose_values(grid.origin),
+            mapPng=_picture(grid),
+            markInfo={"version": 1, "storages": marks},
+            fieldInfo={},
+            pathInfo={},
+        )
 
     def _find(self, asked: Values) -> Values:
         for mark in self.marks():

@@ -321,11 +321,7 @@ class ApiState(GatewayState):
             self._wanted = frozenset().union(*(one.topics for one in self._sessions))
             for type_name in new:
                 session.push(type_name, self._present(type_name, facts))
-        self._follow_scans()
-
-    def _follow_scans(self) -> None:
-        """Subscribe to the scans while a client does."""
-        with self._scanning:
+        with self._scanning:  # their topic is subscribed while a client wants them
             if SCANNER in self._wanted and self._scan is None:
                 self._scan = self.shared_subscriptions.open(SCAN, self)
             elif SCANNER not in self._wanted and self._scan is not None:

@@ -41,11 +41,8 @@ class Background(Generic[T]):
         return time.monotonic() - self._answered
 
     def want(self, wait: float = 0.0) -> T | None:
-        """Return the newest answer; begin to ask if it is not fresh.
-
-        Args:
-            wait: Seconds for the end of the first attempt; nobody waits for a later one.
-        """
+        """Return the newest answer; begin to ask if it is not fresh. The end of the first attempt is waited
+        for `wait` seconds, that of a later one is not."""
         with self._lock:
             if time.monotonic() >= self._due:
                 threading.Thread(target=self._run, name="woosh:robot api", daemon=True).start()

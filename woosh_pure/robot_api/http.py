@@ -105,7 +105,7 @@ def body_of(request: str, answer: object) -> Any:
         CodecError: It is not an answer to this request.
     """
     if not isinstance(answer, dict) or not isinstance(answer.get("ok"), bool):
-        raise CodecError("does not say whether the robot accepts it")
+        raise CodecError(say("does not say whether the robot accepts it"))
     if not answer["ok"]:
         said = answer.get("msg")
         raise ApiRefused(request, said if isinstance(said, str) else "")
@@ -113,7 +113,7 @@ def body_of(request: str, answer: object) -> Any:
     if empty:
         return {}
     if answer.get("type", expected) != expected:
-        raise CodecError(printable(f"has the type {answer['type']}"[:80]))
+        raise CodecError(say("has the type {type}", type=printable(str(answer["type"])[:80])))
     return answer.get("body") or {}
 
 
@@ -203,7 +203,8 @@ class ApiRequests:
         try:
             return body_of(request, read_json(response.body))
         except (JsonError, CodecError) as error:
-            raise self._wrong(request, f"HTTP {response.status}, it {error}") from error
+            why = say("HTTP {status}, it {error}", status=response.status, error=sentence_of(error))
+            raise self._wrong(request, why) from error
 
     def _wrong(self, request: str, why: str) -> RemoteProtocolError:
         doing = say("{request} at {uri}", request=request, uri=self._uri)

@@ -115,10 +115,8 @@ def fields(type_name: str) -> tuple[Field, ...]:
 def load(type_name: str, body: object) -> Values:
     """The values of a message from its JSON body; None, a body that was left out, is an empty one.
 
-    Args:
-        type_name: The message, "woosh.robot.Twist".
-        body: Decoded JSON. Fields may be named in both spellings, and numbers be texts. Unknown ones are left
-            out, because newer robots send more.
+    Fields may be named in both spellings, and numbers be texts. Unknown ones are left out, because newer
+    robots send more.
 
     Raises:
         CodecError: There is no such message, or a value does not fit; names the field.
@@ -130,7 +128,6 @@ def dump(type_name: str, values: Mapping[str, Any], zeros: bool = True) -> Value
     """The JSON body of values as `load` returns them; absent fields have their defaults.
 
     Args:
-        type_name: The message.
         values: By lowerCamelCase name. Lists may be arrays of numpy; bytes may be base64 already.
         zeros: Write defaults, as robots do. Without, only what differs from them, as clients do: a zero
             velocity is `{}`.
@@ -276,14 +273,8 @@ def answer(
     msg: str = "",
     sn: int | None = None,
 ) -> Values:
-    """The frame of an answer, over HTTP the whole answer.
-
-    Args:
-        type_name: Type of the answer; of an unknown request as it was asked.
-        values: None for an empty body, as for a refusal.
-        ok, msg: Whether the request was accepted, and why not.
-        sn: Number of the request; None if it had none.
-    """
+    """The frame of an answer, over HTTP the whole answer. Without `values`, as for a refusal, its body is
+    empty; an unknown request has the type as it was asked."""
     body = {} if values is None else dump(type_name, values)
     frame: Values = {"type": type_name, "body": body, "ok": ok, "msg": msg}
     return frame if sn is None else {**frame, "sn": sn}

@@ -16,7 +16,7 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.errors import ApiRefused
 from woosh_pure.maps.marks import UserMark
 from woosh_pure.robot_api.background import Background
-from woosh_pure.robot_api.values import Outline, RobotMark, Scene, Zone
+from woosh_pure.robot_api.values import Outline, Scene, Zone
 from woosh_pure.web.snapshot import points_part
 
 T = TypeVar("T")
@@ -74,15 +74,12 @@ class RobotSite:
         api, facts = self._chassis.robot_api, self._asked.answer or _NOTHING
         scene = api.scene()
         if scene != facts.scene:  # its version counts uploads
-            scenes: list[Scene] = _if_offered(api.scenes, [])
-            marks: list[RobotMark] = _if_offered(api.marks, [])
-            zones: list[Zone] = _if_offered(api.zones, [])
             here = ("", scene.current_map)
             facts = SiteFacts(
                 scene,
-                tuple(scenes),
-                tuple(mark.as_user_mark() for mark in marks if mark.map in here),
-                tuple(zone for zone in zones if zone.map in here),
+                tuple(_if_offered(api.scenes, [])),
+                tuple(mark.as_user_mark() for mark in _if_offered(api.marks, []) if mark.map in here),
+                tuple(zone for zone in _if_offered(api.zones, []) if zone.map in here),
             )
         return replace(facts, outline=_if_offered(api.outline, None))
 

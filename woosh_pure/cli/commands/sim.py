@@ -163,15 +163,12 @@ def run_sim(args: Namespace, out: Output) -> None:
         apis = {} if args.robot_api is None else _serve_api(sims, args, stack)
         if args.robots > 1:
             _show(sims, args, out, stack)
+        where = "simulated chassis at {uri}, {speed:g} times real time; Ctrl-C ends it"
         for name, one in sims.items():
-            text = say(
-                "simulated chassis at {uri}, {speed:g} times real time; Ctrl-C ends it",
-                uri=one.master_uri,
-                speed=args.speed,
-            )
-            out.line(text if args.robots == 1 else led(name, text))
+            texts = [say(where, uri=one.master_uri, speed=args.speed)]
             if name in apis:
-                text = say("Robot API: {url}", url=apis[name])
+                texts.append(say("Robot API: {url}", url=apis[name]))
+            for text in texts:
                 out.line(text if args.robots == 1 else led(name, text))
         if args.firmware != "1.1.4":
             out.line("its messages are those of firmware {firmware}", firmware=args.firmware)
