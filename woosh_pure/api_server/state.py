@@ -15,7 +15,6 @@ from collections.abc import Callable, Hashable, Iterable, Mapping
 from contextlib import closing
 from typing import TYPE_CHECKING
 
-from rosproto.errors import RosError
 from rosproto.gateway import Access, GatewayLimits, GatewayState, MessageEvent, Refused, SharedSubscription
 from rosproto.logs import get_logger
 from rosproto.node import Node
@@ -353,7 +352,7 @@ class ApiState(GatewayState):
         try:
             values = self._values(type_name, facts)
             return None if values is None else self._text(type_name, values)
-        except RosError as problem:
+        except Exception as problem:  # the other types are still pushed
             self._warn(type_name, f"it is not pushed: {problem}")
             return None
 

@@ -32,7 +32,7 @@ _PLAIN_NAME = re.compile(r"\w[\w .-]*")  # without YAML's syntax
 _UNKNOWN_GREY = 205  # of map_saver, also of nav2's in mode trinary
 _CHANNELS = {b"P2": 1, b"P5": 1, b"P3": 3, b"P6": 3}
 _PLAIN = (b"P2", b"P3")
-MAX_PICTURE_CELLS = 1 << 26
+MAX_PICTURE_CELLS, MAX_PICTURE_ROWS = 1 << 26, 1 << 15
 _HEAD_BYTES = 1 << 16
 _SPARE_BYTES = 16 << 20  # for comments, colour profiles and the like
 _PNG_SIZE = struct.Struct(">II")
@@ -76,7 +76,7 @@ def cells_of_picture(picture: bytes) -> NDArray[np.int8]:
     Raises:
         ValueError: It is not such a picture, or too large.
     """
-    pixels = decode_png(picture, MAX_PICTURE_CELLS)
+    pixels = decode_png(picture, MAX_PICTURE_CELLS, MAX_PICTURE_ROWS)
     cells = _cells_of(
         pixels, _grey_of(pixels, mode="scale", negate=False), mode="trinary", occupied=0.65, free=0.196
     )

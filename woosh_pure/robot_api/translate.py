@@ -154,7 +154,7 @@ def _battery(m: Any) -> Values:
     known = m.capacityDesign > 0.0 and m.capacityFull >= 0.0
     return {
         "chargeState": charging if m.chargeStatus else _NOT_CHARGING,
-        "health": _count(100, round(100.0 * m.capacityFull / m.capacityDesign)) if known else 0,
+        "health": _count(100, 100.0 * m.capacityFull / m.capacityDesign + 0.5) if known else 0,
         "tempMax": max(0, m.tempMax),  # its type has no frost
     }
 

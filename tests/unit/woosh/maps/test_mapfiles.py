@@ -13,6 +13,7 @@ import pytest
 from rosproto.numeric.pngfile import decode_png
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.mapfiles import cells_of_picture
 
 YAML = "image: m.pgm\nresolution: 0.05\norigin: [-1.5, 2.0, 0.25]\n"
 GREYS = bytes([0, 254, 205, 100])
@@ -292,3 +293,9 @@ def test_transparency_as_map_server_counts_it(tmp_path):
     cells = load(tmp_path, yaml + "mode: scale\n", png(2, 1, 8, 6, [unseen]), name="m.png").cells
     assert cells[0, 0] == -1
     assert 0 < cells[0, 1] < 99
+
+
+def test_a_robots_picture_of_very_many_rows_is_refused():
+    """Each row takes some microseconds: a narrow one of the allowed size would take ten minutes."""
+    with pytest.raises(ValueError, match="rows of pixels; expected at most"):
+        cells_of_picture(png(1, 1 << 20, 8, 0, [b"\0\0"]))

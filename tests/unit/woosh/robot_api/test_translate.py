@@ -73,7 +73,10 @@ def test_how_a_battery_is_charged(status: int, mode: int, state: int) -> None:
     assert (values["chargeState"], values["power"], values["health"], values["tempMax"]) == (state, 83, 97, 0)
 
 
-@pytest.mark.parametrize(("full", "design"), [(0.0, 0.0), (math.nan, 50.0), (50.0, math.nan), (-1.0, 50.0)])
+@pytest.mark.parametrize(
+    ("full", "design"),
+    [(0.0, 0.0), (math.nan, 50.0), (50.0, math.nan), (-1.0, 50.0), (math.inf, 50.0), (math.inf, math.inf)],
+)
 def test_a_capacity_that_is_not_known_is_no_health(full: float, design: float) -> None:
     values = to_api("/battery", message("/battery", capacityFull=full, capacityDesign=design))
     assert values[ROBOT + "Battery"]["health"] == 0
