@@ -15,9 +15,8 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosproto.errors import CodecError, ConnectionLost, LocalProtocolError, RosError, RosTimeout
 from rosproto.extras import optional_module
@@ -46,19 +45,17 @@ Answer = Values | RosError
 Done = Callable[[Answer], object]
 
 
-@dataclass(frozen=True)
-class _Asked:
+class _Asked(NamedTuple):
     """A request without an answer; `prompt` ones are answered at once while the link is good."""
 
     request: str
-    body: Values
-    at: float
-    prompt: bool
     done: Done
+    prompt: bool
+    at: float
 
 
-def _asked(request: str, body: Mapping[str, Any], done: Done, *, prompt: bool) -> _Asked:
-    return _Asked(request, wire.dump(request, body, zeros=False), time.monotonic(), prompt, done)
+def _subscription(topics: list[str], wanted: bool) -> str:
+    return json.dumps({"type": wire.SUBSCRIPTION, "body": {"sub": wanted, "topics": topics}})
 
 
 def _answer(request: str, frame: object) -> Answer:
@@ -95,15 +92,14 @@ class ApiLink:
         self._websockets = optional_module("websockets.sync.client", missing)
         self._problems = optional_module("websockets.exceptions", missing)
         self.address, self._hosts, self._topics = address, hosts, {*topics}
-        self._changes: deque[Values] = deque()
         self.uri = make_uri(address.host, address.port, "ws")
         self._received, self._refused = received, refused
         self.number, self.up = 0, False
         self._news = threading.Condition()
-        self._queue: deque[_Asked] = deque()
+        self._queue: deque[str] = deque()  # to be sent, as texts
         self._asked: dict[int, _Asked] = {}
         self._numbers = itertools.count(1)
-        self._slot: _Asked | None = None
+        self._slot: tuple[Values, float] | None = None  # the newest velocity, and when it came
         self._zeros: int | None = None  # sent since one was due; None: none is due
         self._zero_at, self._zero_taken, self._zero_series = 0.0, False, 0
         self._driving = False
@@ -167,12 +163,12 @@ class ApiLink:
         Raises:
             CodecError: A value does not fit.
         """
-        asked = _asked(request, body or {}, done, prompt=prompt)
+        values = wire.dump(request, body or {}, zeros=False)
         with self._news:
-            if len(self._queue) + len(self._asked) >= MAX_OPEN:
+            if len(self._asked) >= MAX_OPEN:
                 self.cut()  # a robot that leaves so many without an answer
             elif self.up:
-                self._queue.append(asked)
+                self._queue.append(self._text(request, values, done, prompt=prompt))
                 self._news.notify_all()
                 return
         done(self._lost())
@@ -204,24 +200,23 @@ class ApiLink:
         """Begin or end the pushes of a topic. Does not wait."""
         with self._news:
             (self._topics.add if wanted else self._topics.discard)(topic)
-            self._changes.append({"sub": wanted, "topics": [topic]})
+            self._queue.append(_subscription([topic], wanted))
             self._news.notify_all()
 
     @property
     def silence(self) -> float:
         """Seconds for which the oldest prompt request has no answer; 0 if none is open."""
         with self._news:
-            waiting = [*self._asked.values(), *self._queue]
-        return max((time.monotonic() - one.at for one in waiting if one.prompt), default=0.0)
+            return max((time.monotonic() - one.at for one in self._asked.values() if one.prompt), default=0.0)
 
     # -- velocities -----------------------------------------------------------------------------------------
 
     def velocity(self, body: Values) -> None:
         """Send a velocity at once, or not at all. Does not wait."""
-        asked = _asked(TWIST, body, self._velocity_answered, prompt=True)
+        values = wire.dump(TWIST, body, zeros=False)
         with self._news:
             if self.up:
-                self._slot = asked
+                self._slot = values, time.monotonic()
                 self._news.notify_all()
 
     def zero(self) -> None:
@@ -287,26 +282,25 @@ class ApiLink:
                 self._zeros += 1
                 self._zero_at = now + (ZERO_PAUSE if self._zeros < ZEROS else ZERO_AGAIN)
                 done = partial(self._zero_answered, self._zero_series)
-                return self._text(_asked(TWIST, {}, done, prompt=True)), None
+                return self._text(TWIST, {}, done, prompt=True), None
         elif self._slot is not None and self._twists < MAX_UNANSWERED:
-            asked, self._slot = self._slot, None
-            if now - asked.at <= FRESH_SECONDS:
+            (values, at), self._slot = self._slot, None
+            if now - at <= FRESH_SECONDS:
                 self._driving = True
-                return self._text(asked), None
-        if self._changes:
-            return json.dumps({"type": wire.SUBSCRIPTION, "body": self._changes.popleft()}), None
+                return self._text(TWIST, values, self._velocity_answered, prompt=True, at=at), None
         if self._queue:
-            return self._text(self._queue.popleft()), None
+            return self._queue.popleft(), None
         return None, None if self._zeros is None else max(0.0, self._zero_at - now)
 
     @property
     def _twists(self) -> int:
         return sum(one.request == TWIST for one in self._asked.values())
 
-    def _text(self, asked: _Asked) -> str:
+    def _text(self, request: str, body: Values, done: Done, *, prompt: bool, at: float | None = None) -> str:
+        """The text of a request, whose answer is expected from now on; the lock is held."""
         number = next(self._numbers)
-        self._asked[number] = asked
-        return json.dumps({"type": asked.request, "body": asked.body, "sn": number})
+        self._asked[number] = _Asked(request, done, prompt, time.monotonic() if at is None else at)
+        return json.dumps({"type": request, "body": body, "sn": number})
 
     def _run(self) -> None:
         pauses = Backoff(0.2)
@@ -358,7 +352,7 @@ class ApiLink:
     def _begin(self, connection: Any) -> None:
         with self._news:
             self._connection, self.up = connection, True
-            self._changes = deque([{"sub": True, "topics": sorted(self._topics)}])
+            self._queue = deque([_subscription(sorted(self._topics), True)])
             self.number += 1
             self._news.notify_all()
         self._tried.set()
@@ -368,7 +362,7 @@ class ApiLink:
             self.up = False
             if self._driving or self._slot is not None or self._zeros is not None:
                 self._want_zero()
-            waiting = [*self._asked.values(), *self._queue]
+            waiting = [*self._asked.values()]
             self._asked.clear()
             self._queue.clear()
             self._news.notify_all()
