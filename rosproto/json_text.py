@@ -89,6 +89,10 @@ class JsonReader:
         with self._turn:
             return self._decoded(text, max_documents, values)
 
+    def one(self, text: str | bytes) -> JsonValue:
+        """The JSON value of a text, None of an empty one; errors as those of `read`."""
+        return next(iter(self.read(text)), None)
+
     def _decoded(self, text: str, max_documents: int, values: int) -> list[JsonValue]:
         found: list[JsonValue] = []
         at, end = 0, len(text.rstrip())

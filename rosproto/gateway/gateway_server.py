@@ -62,13 +62,13 @@ class GatewayState:
         limit = self.limits.message_bytes
         return limit if self.access.writes_anything else min(READER_BYTES, limit)
 
-    async def read_json(self, data: str | bytes) -> list[JsonValue]:
-        """The JSON values of a client's message; a long one is decoded in a thread.
+    async def read_json(self, data: str | bytes) -> JsonValue:
+        """The JSON value of a client's message, None of an empty one; a long one is decoded in a thread.
 
         Raises:
             JsonError: It is not JSON, or has too many values.
         """
-        return self.json.read(data) if is_short(data) else await self.pool.run(partial(self.json.read, data))
+        return self.json.one(data) if is_short(data) else await self.pool.run(partial(self.json.one, data))
 
     @contextmanager
     def waiting(self, *, long: bool = False) -> Iterator[None]:

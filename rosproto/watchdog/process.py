@@ -58,7 +58,7 @@ RETRY_INTERVAL = 0.5  # seconds between these attempts
 PARENT_CHECK_SECONDS = 0.25  # between two checks of the parent
 LATE_SECONDS = 0.2  # if woken later than this, this process was stopped itself
 REPAIR_SECONDS = 1.0  # between two attempts to make a watch ready again
-_read_json = JsonReader(max_values=10_000, nesting=24).read
+_read_json = JsonReader(max_values=10_000, nesting=24).one
 
 
 class _LastCall:
@@ -174,7 +174,7 @@ class _LastRequest:
 
     def _post(self, path: str, body: str, seconds: float) -> dict[str, Any]:
         response = self._client.post(path, body.encode(), Deadline(seconds), path=path)
-        answer = next(iter(_read_json(response.body)), None)
+        answer = _read_json(response.body)
         if response.status != 200 or not isinstance(answer, dict):
             raise ValueError(f"{path}: not answered (HTTP {response.status})")
         return answer

@@ -18,8 +18,8 @@ from woosh_pure.robot_api.commands import to_ros
 READER = JsonReader(200, 20)
 
 
-async def read_json(data: bytes) -> list[JsonValue]:
-    return READER.read(data)
+async def read_json(data: bytes) -> JsonValue:
+    return READER.one(data)
 
 
 def do(client: object, kind: str, asked: wire.Values, received: float) -> wire.Values:
@@ -42,10 +42,9 @@ STATE = cast(
 def robot_api(data: bytes) -> str:
     """One request; a body is also read as each kind of message that it names, and written again."""
     try:
-        documents = READER.read(data)
+        frame = READER.one(data)
     except JsonError:
         return "no JSON"
-    frame = documents[0] if documents else None
     answer = respond(STATE, frame, "a client")
     json.dumps(answer, allow_nan=False)
     assert "internal error" not in answer["msg"]

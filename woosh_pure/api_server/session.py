@@ -81,10 +81,9 @@ class ApiPosts:
             why = f"{short(path)!r} is not a request of the Robot API; one is /woosh/robot/Battery"
             return HTTPStatus.NOT_FOUND, self.refused(why)
         try:
-            documents = await self._state.read_json(data)
+            frame = {"type": type_name, "body": await self._state.read_json(data)}
         except ValueError as problem:
             return HTTPStatus.OK, self.refused(f"the body {problem}", type_name)
-        frame = {"type": type_name, "body": documents[0] if documents else None}
         return HTTPStatus.OK, json.dumps(await _answer(self._state, frame, address))
 
     def refused(self, why: str, type_name: str = "") -> str:
@@ -115,11 +114,10 @@ class ApiSession:
         """Answer one message; in the server's loop."""
         state = self._state
         try:
-            documents = await state.read_json(data)
+            frame = await state.read_json(data)
         except ValueError as problem:
             self._send(wire.answer("", ok=False, msg=f"the message {problem}"))
             return
-        frame = documents[0] if documents else None
         type_name = frame.get("type") if isinstance(frame, dict) else None
         if isinstance(frame, dict) and type_name == wire.SUBSCRIPTION:
             await state.pool.run(partial(self._subscribe, frame))

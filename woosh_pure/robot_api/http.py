@@ -19,7 +19,6 @@ from urllib.parse import urlsplit
 from rosproto import Limits
 from rosproto.errors import CodecError, ConnectionLost, RemoteProtocolError, RosError, RosTimeout, TooLarge
 from rosproto.json_text import JsonError, JsonReader
-from rosproto.json_values import JsonValue
 from rosproto.logs import get_logger
 from rosproto.sentence import led, say, sentence_of
 from rosproto.text import printable
@@ -31,17 +30,8 @@ FIRST_SECONDS, PAUSE_SECONDS = 1.5, 60.0
 MAX_BYTES, MAX_VALUES, MAX_NESTING = 32 << 20, 100_000, 24
 _FIRST, _WEBSOCKET = "woosh.robot.RobotState", "ws://"
 WANTS_PASSWORD = say("it wants a name and a password; give robot_api='user:password@host:port'")
-_json = JsonReader(MAX_VALUES, MAX_NESTING)
+read_json = JsonReader(MAX_VALUES, MAX_NESTING).one
 _log = get_logger("woosh_pure.robot_api")
-
-
-def read_json(text: str | bytes) -> JsonValue:
-    """The JSON value of a text of the robot; None of an empty one.
-
-    Raises:
-        JsonError: It is not one value of JSON, or too large.
-    """
-    return next(iter(_json.read(text)), None)
 
 
 class ApiAddress(NamedTuple):

@@ -69,8 +69,8 @@ def test_a_request_is_answered_whatever_carried_it() -> None:
     """By HTTP its path is the type, and its body that of the message alone."""
     reader = JsonReader(100, 20)
 
-    async def read_json(data: bytes) -> list[JsonValue]:
-        return reader.read(data)
+    async def read_json(data: bytes) -> JsonValue:
+        return reader.one(data)
 
     state = cast(
         ApiState,
