@@ -17,7 +17,7 @@ from rosproto.gateway import ClientChannel, Refused
 from rosproto.json_fields import shown
 from rosproto.logs import get_logger
 from rosproto.text import short
-from woosh_pure.api_server.state import SCANNER, ApiState, is_command
+from woosh_pure.api_server.state import SCANNER, ApiState, asks_robot, is_command
 from woosh_pure.robot_api import wire
 from woosh_pure.robot_api.wire import Values
 
@@ -121,7 +121,7 @@ class ApiSession:
         type_name = frame.get("type") if isinstance(frame, dict) else None
         if isinstance(frame, dict) and type_name == wire.SUBSCRIPTION:
             await state.pool.run(partial(self._subscribe, frame))
-        elif is_command(type_name) and state.waits(type_name, self) and self._free.acquire(blocking=False):
+        elif asks_robot(type_name) and state.waits(type_name, self) and self._free.acquire(blocking=False):
             # The next message is read meanwhile: it may be a stop.
             state.pool.spawn(partial(self._reply, frame, time.monotonic()))
         else:

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 _log = get_logger("woosh_pure.api_server")
 
-SCAN, SCANNER = "/scan", ROBOT + "ScannerData"
+SCAN, SCANNER, PLAN = "/scan", ROBOT + "ScannerData", ROBOT + "PlanNavPath"
 EVENT = COUNT + "StatusCode"
 PARAMETERS = "/driver_base/parameter"
 TYPES = {row: interface_row(row).type for row in (*(pair.row for pair in PAIRS), PARAMETERS)}
@@ -72,6 +72,11 @@ def is_command(type_name: object) -> bool:
     return request is not None and request.kind != "read"
 
 
+def asks_robot(type_name: object) -> bool:
+    """Whether a request may wait for the robot, so that what comes after it is read meanwhile."""
+    return is_command(type_name) or type_name in (SCANNER, PLAN)
+
+
 class ApiState(GatewayState):
     """What the sessions of one server share; arguments as of `RobotApiServer`.
 
@@ -97,7 +102,7 @@ class ApiState(GatewayState):
         self._site = site
         self._answers: dict[str, Callable[[Values], Values]] = {
             SCANNER: lambda _: self._newest_scan(),
-            ROBOT + "PlanNavPath": self._plan,
+            PLAN: self._plan,
             **(site.answers() if site is not None else {}),
         }
         self._news = threading.Condition()
@@ -292,7 +297,7 @@ class ApiState(GatewayState):
 
     def _plan(self, asked: Values) -> Values:
         """Ask the navigation for a path; nothing is driven."""
-        row, request = to_ros(ROBOT + "PlanNavPath", asked)
+        row, request = to_ros(PLAN, asked)
         client = self.node.service_client(row, interface_row(row).type)
         with self.waiting(), client:
             response = client.call(request, PLAN_SECONDS)

@@ -102,6 +102,28 @@ def test_a_request_is_answered_whatever_carried_it() -> None:
         assert found["type"] == ""
 
 
+@pytest.mark.parametrize("kind", ["PlanNavPath", "ScannerData", "ExecTask"])
+def test_what_comes_after_a_request_that_waits_for_the_robot_is_read_meanwhile(kind: str) -> None:
+    """It may be a stop."""
+    waiting: list[object] = []
+
+    async def read_json(data: str) -> JsonValue:
+        return cast(JsonValue, json.loads(data))
+
+    state = SimpleNamespace(
+        limits=GatewayLimits(),
+        read_json=read_json,
+        waits=lambda *_: True,
+        pool=SimpleNamespace(spawn=waiting.append),
+    )
+    nothing: Any = lambda *_: None  # noqa: E731
+    session = ApiSession(
+        cast(ApiState, state), ClientChannel("peer", GatewayLimits(), nothing, nothing, nothing)
+    )
+    asyncio.run(session.received(json.dumps({"type": f"woosh.robot.{kind}"})))
+    assert len(waiting) == 1
+
+
 def test_marks_without_a_pose_are_named_without_one() -> None:
     site = RobotSite(
         "hall",
