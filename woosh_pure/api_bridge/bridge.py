@@ -19,7 +19,7 @@ from woosh_pure.api_bridge.client import GONE_SECONDS, LATE_SECONDS, Answer, Api
 from woosh_pure.api_bridge.handlers import ApiHandlers
 from woosh_pure.api_bridge.publishing import POSE, SCAN, SCANNER, STATUS, TASK, Publishing
 from woosh_pure.robot_api.commands import FEEDBACKS
-from woosh_pure.robot_api.http import ApiAddress
+from woosh_pure.robot_api.http import ApiAddress, ApiRequests
 from woosh_pure.robot_api.translate import ROBOT
 from woosh_pure.robot_api.wire import Values
 from woosh_pure.served_graph.graph import ServedGraph
@@ -58,7 +58,8 @@ class ApiBridge:
         topics = sorted({*publishing.TELLING, FEEDBACKS})
         self._link = ApiLink(address, topics, self._received, self._refused, hosts)
         self._known = Publishing(self._publisher)
-        self._handlers = ApiHandlers(self._link, self._known)
+        self._requests = ApiRequests(address, hosts)
+        self._handlers = ApiHandlers(self._link, self._requests, self._known)
         self._graph = ServedGraph(self._handlers, self._new_node)
         self._port = port
         self._master: rosproto.Master | None = None
@@ -122,6 +123,7 @@ class ApiBridge:
         if self._thread.is_alive():
             self._thread.join(2.0)
         self._link.close()
+        self._requests.close()
         self._graph.close()
         if self._master is not None:
             self._master.close()

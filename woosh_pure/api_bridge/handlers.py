@@ -24,6 +24,7 @@ from woosh_pure.interface.table import row as interface_row
 from woosh_pure.maps.gridmap import GridMap, grid_message
 from woosh_pure.maps.mapfiles import cells_of_picture
 from woosh_pure.robot_api.commands import COMMANDS, ENDS, STATES, cancel_of, to_api, told
+from woosh_pure.robot_api.http import ApiRequests
 from woosh_pure.robot_api.translate import ORIGIN, ROBOT, pose_2d, stamped, to_ros
 from woosh_pure.robot_api.wire import Values
 
@@ -43,8 +44,8 @@ class ApiHandlers:
         velocity_refused: A velocity was refused; none is sent until a zero was asked for.
     """
 
-    def __init__(self, link: ApiLink, publishing: Publishing) -> None:
-        self._link, self._known = link, publishing
+    def __init__(self, link: ApiLink, requests: ApiRequests, publishing: Publishing) -> None:
+        self._link, self._requests, self._known = link, requests, publishing
         self._lost_tasks: set[int] = set()  # sent, and not answered
         self._feedback: dict[str, queue.SimpleQueue[Values]] = {}
         self.velocity_refused = False
@@ -150,8 +151,9 @@ class ApiHandlers:
         return None if found is None else stamped(found)
 
     def _get_map(self, message: DynamicMessage) -> dict[str, object]:
-        name = self._link.ask(SCENE)["mapName"]
-        maps = self._link.ask("woosh.map.SceneData", {"name": ""}, MAP_SECONDS)["maps"]
+        # By HTTP: a large answer would delay those that show that the link is good.
+        name = self._requests.ask(SCENE)["mapName"]
+        maps = self._requests.ask("woosh.map.SceneData", timeout=MAP_SECONDS)["maps"]
         found = next((one for one in maps if one["name"] == name), None)
         if found is None:
             raise ChassisError(say("the robot has no map {name} in its scene", name=name))

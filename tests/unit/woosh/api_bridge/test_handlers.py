@@ -6,10 +6,13 @@ import threading
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from rosproto.action import GoalStatus
+from rosproto.codec import Message
 from rosproto.errors import RosError, RosTimeout
+from rosproto.numeric import encode_png
 from woosh_pure.api_bridge import handlers as module
 from woosh_pure.api_bridge.client import ApiLink
 from woosh_pure.api_bridge.handlers import MAX_FEEDBACKS, ORDER, ApiHandlers
@@ -28,7 +31,9 @@ class Robot:
         self.posted: list[str] = []
         self.during: Any = dict
         self.known = Publishing(lambda row: None)
-        self.handlers = ApiHandlers(cast(ApiLink, self), self.known)
+        self.by_http: dict[str, Any] = {}
+        requests: Any = SimpleNamespace(ask=lambda request, **_: self.by_http[request])
+        self.handlers = ApiHandlers(cast(ApiLink, self), requests, self.known)
 
     def ask(self, request: str, body: object, timeout: float) -> Any:
         return self.during()
@@ -85,6 +90,17 @@ def test_a_task_that_is_sent_again_with_its_number_is_not_cancelled(robot: Robot
     assert robot.execute(9)["success"]
     robot.task(9)
     assert robot.posted == []
+
+
+def test_a_map_is_fetched_beside_the_link(robot: Robot) -> None:
+    """Its answer may be megabytes: velocities and measured velocities would wait behind it."""
+    picture = encode_png(np.full((2, 3), 254, np.uint8))
+    maps = [{"name": "upper"}, {"name": "ground", "resolution": 0.05, "mapPng": picture}]
+    robot.by_http = {"woosh.robot.Scene": {"mapName": "ground"}, "woosh.map.SceneData": {"maps": maps}}
+    robot.during = lambda: pytest.fail("asked by the link")
+    found = robot.handlers.services["/aic_map_server/get_map"](cast(Any, None))["map"]
+    assert isinstance(found, Message)
+    assert (found.info.width, found.info.height) == (3, 2)
 
 
 def test_a_goal_that_a_closed_bridge_has_ended_is_followed_no_longer(robot: Robot) -> None:
