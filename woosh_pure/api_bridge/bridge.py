@@ -161,7 +161,6 @@ class ApiBridge:
         self._handlers.task_seen()
 
     def _refused(self, why: str) -> None:
-        self._handlers.velocity_refused = True
         text = say("the robot refused the velocity: {why}", why=say(why))
         _log.error("! %s", text)
         self._on_refused(text)

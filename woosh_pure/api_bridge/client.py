@@ -102,6 +102,7 @@ class ApiLink:
         self._slot: tuple[Values, float] | None = None  # the newest velocity, and when it came
         self._zeros: int | None = None  # sent since one was due; None: none is due
         self._zero_at, self._zero_taken, self._zero_series = 0.0, False, 0
+        self._refused_series = -1  # in which a velocity was refused: none is sent until the next zero
         self._driving = False
         self._socket: socket.socket | None = None
         self._connection: Any = None
@@ -212,10 +213,10 @@ class ApiLink:
     # -- velocities -----------------------------------------------------------------------------------------
 
     def velocity(self, body: Values) -> None:
-        """Send a velocity at once, or not at all. Does not wait."""
+        """Send a velocity at once, or not at all; after a refused one not before a zero. Does not wait."""
         values = wire.dump(TWIST, body, zeros=False)
         with self._news:
-            if self.up:
+            if self.up and self._refused_series != self._zero_series:
                 self._slot = values, time.monotonic()
                 self._news.notify_all()
 
@@ -254,8 +255,11 @@ class ApiLink:
                 self._zeros, self._driving = None, False
                 self._news.notify_all()
 
-    def _velocity_answered(self, answer: Answer) -> None:
+    def _velocity_answered(self, series: int, answer: Answer) -> None:
         if isinstance(answer, ApiRefused):
+            with self._news:
+                self._refused_series = series
+                self._slot = None if series == self._zero_series else self._slot
             self._refused(answer.robot_text)
 
     # -- the two threads ------------------------------------------------------------------------------------
@@ -287,7 +291,8 @@ class ApiLink:
             (values, at), self._slot = self._slot, None
             if now - at <= FRESH_SECONDS:
                 self._driving = True
-                return self._text(TWIST, values, self._velocity_answered, prompt=True, at=at), None
+                done = partial(self._velocity_answered, self._zero_series)
+                return self._text(TWIST, values, done, prompt=True, at=at), None
         if self._queue:
             return self._queue.popleft(), None
         return None, None if self._zeros is None else max(0.0, self._zero_at - now)

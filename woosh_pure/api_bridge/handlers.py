@@ -38,17 +38,12 @@ _log = get_logger("woosh_pure.api_bridge")
 
 
 class ApiHandlers:
-    """The `Handlers` of a bridge.
-
-    Attributes:
-        velocity_refused: A velocity was refused; none is sent until a zero was asked for.
-    """
+    """The `Handlers` of a bridge."""
 
     def __init__(self, link: ApiLink, requests: ApiRequests, publishing: Publishing) -> None:
         self._link, self._requests, self._known = link, requests, publishing
         self._lost_tasks: set[int] = set()  # sent, and not answered
         self._feedback: dict[str, queue.SimpleQueue[Values]] = {}
-        self.velocity_refused = False
         rows = {command.row: interface_row(command.row) for command in COMMANDS}
         self.topics: dict[str, Callable[[DynamicMessage], object]] = {
             name: partial(self._velocity if row.bypasses_protection else self._say, name)
@@ -68,11 +63,10 @@ class ApiHandlers:
 
     def _velocity(self, topic: str, message: DynamicMessage) -> None:
         _, values = to_api(topic, message)
-        if not any(values.values()):
-            self.velocity_refused = False
-            self._link.zero()
-        elif not self.velocity_refused:
+        if any(values.values()):
             self._link.velocity(values)
+        else:
+            self._link.zero()
 
     def _say(self, topic: str, message: DynamicMessage) -> None:
         request, values = to_api(topic, message)

@@ -134,6 +134,34 @@ def test_a_refused_velocity_tells_the_robots_words(robot: ScriptedRobot, link: L
     until(lambda: link.words == ["a task is under way"])
 
 
+def test_after_a_refused_velocity_none_is_sent_before_a_zero(robot: ScriptedRobot, link: Link) -> None:
+    robot.answers["Twist"] = lambda body: "manual" if body else {}
+    link.velocity(AHEAD)
+    until(lambda: link.words)
+    drive(link, times=3)
+    assert robot.of("Twist") == [{"linear": 0.25}]
+    link.zero()
+    until(lambda: not link.zero_due)
+    link.velocity(AHEAD)
+    until(lambda: len(link.words) == 2)
+
+
+def test_a_refusal_that_is_late_does_not_hold_the_next_drive(robot: ScriptedRobot, link: Link) -> None:
+    """A zero was asked for meanwhile: what comes after it is another drive."""
+    hold = threading.Event()
+    robot.answers["Twist"] = lambda body: "manual" if body and hold.wait(5.0) else {}
+    link.velocity(AHEAD)
+    until(lambda: robot.of("Twist"))
+    link.zero()
+    hold.set()
+    until(lambda: link.words and not link.zero_due)
+    robot.answers["Twist"] = lambda body: {}
+    robot.asked.clear()
+    link.velocity(AHEAD)
+    until(lambda: robot.of("Twist"))
+    assert robot.of("Twist") == [{"linear": 0.25}]
+
+
 def test_silence_is_that_of_prompt_requests_only(robot: ScriptedRobot, link: Link) -> None:
     robot.silent.set()
     link.post("woosh.map.SceneData")
