@@ -198,12 +198,11 @@ class ApiBridge:
         self._link.end_drive()
         for row in self._velocities:
             self._graph.subscribers[NODE, row.name].close()
-        self._good = False
+        self._good, self._asked, self._informed = False, 0, 0
         _log.warning("! %s: the link is late or lost; velocities are not obeyed", self._link.uri)
         self._known.lost()
         for name in _RENEWED:
             self._graph.publishers[NODE, name].close()
-        self._asked = self._informed = 0
 
     def _regain(self) -> None:
         for name in _RENEWED:
