@@ -34,14 +34,15 @@ OPEN_SECONDS = 3.0
 LATE_SECONDS, GONE_SECONDS = 0.5, 2.0
 """Seconds without an answer after which the link is late, and after which it is given up."""
 MAX_UNANSWERED = 4  # velocities
-MAX_OPEN = 200  # requests that wait to be sent, or for their answers
+FORGET_SECONDS, MAX_OPEN = 60.0, 200
+"""A request without an answer is forgotten after so many seconds; so many of them end the connection."""
 FRESH_SECONDS = 0.3
 ZEROS, ZERO_PAUSE, ZERO_AGAIN, MAX_ZEROS = 3, 0.05, 0.25, 40
 """A zero is sent so often and so many seconds apart; then more seldom, until one is accepted."""
 TWIST = ROBOT + "Twist"
 _log = get_logger("woosh_pure.api_bridge")
 Answer = Values | RosError
-"""The values of an answer, or why there are none: `ConnectionLost`, `ApiRefused`, `CodecError`."""
+"""The values of an answer, or why there are none: it is refused, late, lost or does not fit."""
 Done = Callable[[Answer], object]
 
 
@@ -158,7 +159,7 @@ class ApiLink:
         """Send a request. Does not wait.
 
         Args:
-            done: Called with the answer, or that the link has ended before; in the reading thread.
+            done: Called with the answer, or why there is none; in the reading thread.
             prompt: Whether the link counts as late if the answer is late.
 
         Raises:
@@ -187,15 +188,18 @@ class ApiLink:
         try:
             answer = next_item(answers, timeout)
         except queue.Empty:
-            late = "{uri} has not answered {request} in {seconds} s"
-            text = say(late, uri=self.uri, request=request, seconds=timeout)
-            raise RosTimeout(text, what=request, seconds=timeout) from None
+            raise self._late(request, timeout) from None
         if isinstance(answer, RosError):
             raise answer
         return answer
 
     def _lost(self) -> ConnectionLost:
         return ConnectionLost(say("{uri}: the connection is lost", uri=self.uri), peer=self.uri)
+
+    def _late(self, request: str, seconds: float) -> RosTimeout:
+        late = "{uri} has not answered {request} in {seconds} s"
+        text = say(late, uri=self.uri, request=request, seconds=seconds)
+        return RosTimeout(text, what=request, seconds=seconds)
 
     def subscribe(self, topic: str, wanted: bool) -> None:
         """Begin or end the pushes of a topic. Does not wait."""
@@ -376,6 +380,7 @@ class ApiLink:
 
     def _take(self, text: str | bytes) -> None:
         try:
+            self._forget()
             frame = read_json(text)
             if not isinstance(frame, dict):
                 raise CodecError("it is not an object")
@@ -390,6 +395,15 @@ class ApiLink:
                 self._call(partial(self._received, name, wire.load(name, frame.get("body"))))
         except (JsonError, CodecError) as error:
             _log.debug("! %s: a message that does not fit: %s", self.uri, error)
+
+    def _forget(self) -> None:
+        """Expect no answer any more to what was asked long ago."""
+        with self._news:
+            before = time.monotonic() - FORGET_SECONDS
+            late = [number for number, asked in self._asked.items() if asked.at < before]
+            forgotten = [self._asked.pop(number) for number in late]
+        for asked in forgotten:
+            self._call(partial(asked.done, self._late(asked.request, FORGET_SECONDS)))
 
     def _call(self, callback: Callable[[], object]) -> None:
         try:

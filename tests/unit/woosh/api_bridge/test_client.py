@@ -214,6 +214,23 @@ def test_an_answer_that_does_not_fit_is_an_error(
         link.ask("woosh.robot.Battery")
 
 
+def test_a_request_that_a_robot_never_answers_is_forgotten(
+    robot: ScriptedRobot, link: Link, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A robot may be silent about one that it does not know: that is not the end of the link."""
+    monkeypatch.setattr(client, "MAX_OPEN", 5)
+    monkeypatch.setattr(client, "FORGET_SECONDS", 0.0)
+    robot.answers["Speak"] = lambda _: None
+    until(lambda: POSE in robot.topics)
+    ends: list[Any] = []
+    for _ in range(20):
+        link.post("woosh.robot.Speak", {"text": "hello"}, ends.append)
+        robot.push("PoseSpeed", {})
+        until(lambda: not link._asked)
+    assert {type(answer) for answer in ends} == {RosTimeout}
+    assert (len(ends), link.number) == (20, 1)
+
+
 def test_a_close_during_a_new_connection_ends_it(
     robot: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
