@@ -160,6 +160,8 @@ class ApiSession:
             self._send(respond(self._state, frame, self, received))
         finally:
             self._free.release()
+            if self.channel.gone:  # it may have been a velocity, which waited until then
+                self._state.commands.gone(self)
 
     def _send(self, frame: Values) -> None:
         self.channel.answer((json.dumps(frame),))
