@@ -91,11 +91,6 @@ class MarkFile:
             self._load()
         self._read = stamp
 
-    def newest(self) -> tuple[UserMark, ...]:
-        """The marks now; errors as those of `refresh`."""
-        self.refresh()
-        return tuple(self)
-
     def _stamp(self) -> tuple[int, int] | None:
         try:
             found = self.path.stat()

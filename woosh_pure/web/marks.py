@@ -132,9 +132,10 @@ class MarkList:
         if self._file is None:
             return self._marks
         try:
-            return {mark.name: mark for mark in self._file.newest()}
+            self._file.refresh()
         except (OSError, ValueError) as error:
             raise _not_kept("read", error) from error
+        return {mark.name: mark for mark in self._file}
 
     @contextmanager
     def _changing(self) -> Iterator[dict[str, UserMark]]:

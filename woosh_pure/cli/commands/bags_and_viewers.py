@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,11 +21,12 @@ from rosproto.cli import (
     until_interrupted,
     watchdog_if,
 )
+from rosproto.logs import PeerLog
 from woosh_pure.cli.connection import connect, graph_of, names
 from woosh_pure.cli.output import Output
 from woosh_pure.interface.recorded_topics import ALWAYS, selection_of
 from woosh_pure.interface.table import driving_patterns, find
-from woosh_pure.maps.marks import MarkFile, mark_file
+from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
 from woosh_pure.robot_api.wire import PORT
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ def run_foxglove(args: Namespace, out: Output) -> None:
         out.result({"layout": str(args.layout)})
         return
     options = server_options(args, write=driving_patterns() if args.allow_driving else ())
-    marks = MarkFile(args.marks or mark_file()).newest
+    marks = _marks(args)
     with _chassis(args, out, options) as (chassis, watchdog):
         topics = ChassisTopics(chassis, marks, out.language)
         with (
@@ -154,11 +155,25 @@ def run_robot_api(args: Namespace, out: Output) -> None:
 
     options = gateway_options(args)
     with _chassis(args, out, options) as (chassis, watchdog):
-        site = RobotSite("robot", "map", chassis.get_map, MarkFile(args.marks or mark_file()).newest)
+        site = RobotSite("robot", "map", chassis.get_map, _marks(args))
         more = {"site": site, "lease": chassis.lease, "share": args.share, "watchdog": watchdog}
         with serving(RobotApiServer, chassis.node, options, **more) as server:
             line = serving_line("the Robot API", server, options, shown_token(args, options))
             _serve(args, out, server, options, [line])
+
+
+def _marks(args: Namespace) -> Callable[[], Sequence[UserMark]]:
+    """The list of marks, read again when it has changed; as it was while it cannot be read."""
+    file, log = MarkFile(args.marks or mark_file()), PeerLog("woosh_pure.maps")
+
+    def newest() -> Sequence[UserMark]:
+        try:
+            file.refresh()
+        except (OSError, ValueError) as error:
+            log.warning("marks", "! %s", error)
+        return tuple(file)
+
+    return newest
 
 
 @contextmanager
