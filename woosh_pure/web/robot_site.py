@@ -77,17 +77,17 @@ class RobotSite:
             here = ("", scene.current_map)
             facts = SiteFacts(
                 scene,
-                tuple(_if_offered(api.scenes, [])),
-                tuple(mark.as_user_mark() for mark in _if_offered(api.marks, []) if mark.map in here),
-                tuple(zone for zone in _if_offered(api.zones, []) if zone.map in here),
+                tuple(_if_offered(api.scenes) or ()),
+                tuple(mark.as_user_mark() for mark in _if_offered(api.marks) or () if mark.map in here),
+                tuple(zone for zone in _if_offered(api.zones) or () if zone.map in here),
             )
-        return replace(facts, outline=_if_offered(api.outline, None))
+        return replace(facts, outline=_if_offered(api.outline))
 
 
-def _if_offered(ask: Callable[[], T], otherwise: T) -> T:
-    """Ask for what an older robot may refuse."""
+def _if_offered(ask: Callable[[], T]) -> T | None:
+    """Ask for what an older robot may refuse; None if it does."""
     try:
         return ask()
     except ApiRefused as refused:
         _logger.debug("= %s", refused)
-        return otherwise
+        return None
