@@ -33,6 +33,8 @@ OWN = {
     "p/Odd": ["int8 a\nstring b\n", "int8 a\nint8 c\n"],
     "q/Deep": [f"p/Odd[] odd\nHeader header\n{'=' * 80}\nMSG: p/Odd\nint8 a\n{'=' * 80}\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n"],
 }  # fmt: skip
+NS = 1_000_000_000
+MAX_NS = 2**32 * NS - 1  # the last time that a message can have
 UNUSABLE = ["", 'syntax = "proto3";', "no_such_pkg/Type x\n", "int8 a b c\n"]
 EXPRESSIONS = [
     "True", "False", "topic == '/a'", "topic in ('/a', '/b')", "topic != '/c/d'", "t.secs > 2", "t.to_sec() < 3.0", "t.nsecs == 0",
@@ -348,11 +350,19 @@ class BagPlay(BagKind):
         ]
         with BagReader(self._home / "in.bag") as bag:
             latched = [one.topic for one in bag.connections.values() if one.latching]
-            at_zero = [topic for topic, _, stamp in bag.read_messages(raw=True) if not stamp.to_nsec()]
+            stamps = [(topic, stamp.to_nsec()) for topic, _, stamp in bag.read_messages(raw=True)]
+        first = min((stamp for _, stamp in stamps), default=0) + ("-s" in options) * NS
+        last = first + 2 * NS if "-u" in options else MAX_NS
+        times: dict[str, list[int]] = {}
+        for topic, stamp in stamps:
+            if first <= stamp <= last:
+                times.setdefault(self._heard_as(topic, options), []).append(stamp)
         return {
             "options": options,
             "latched": [self._heard_as(topic, options) for topic in latched],
-            "at_zero": [self._heard_as(topic, options) for topic in at_zero],
+            "at_zero": [self._heard_as(topic, options) for topic, stamp in stamps if not stamp],
+            "times": times,
+            "beyond": max(first, last) > MAX_NS,
         }
 
     @staticmethod
