@@ -7,7 +7,8 @@ asks of the allocator must not help or hurt the others). Ratios are peer time / 
 is our processor time over our wall time, and behind a peer its processor time over ours (for a busy machine).
 "read" decodes every message. "floor" is the time of bare write() or readinto() calls for the same bytes: no
 program can be faster. Files lie in /dev/shm where there is one. Options: --small N messages, --mixed MB,
---pictures MB, --open MB (a bag to be opened and listed; 2000 for the 2 GB case), --rounds N, --only TEXT;
+--pictures MB, --overlapping MB (messages in no order of time, so that all chunks overlap; only read), --open MB (a bag
+to be opened and listed; 2000 for the 2 GB case), --rounds N, --only TEXT;
 --memory reads the bag of the open case and prints what that took.
 """
 
@@ -38,6 +39,7 @@ def run(arguments: list[str]) -> None:
     parser.add_argument("--small", type=int, default=200_000, help="messages in the bag of small ones")
     parser.add_argument("--mixed", type=int, default=200, help="MB in the mixed bag")
     parser.add_argument("--pictures", type=int, default=200, help="MB in the bag of large pictures")
+    parser.add_argument("--overlapping", type=int, default=150, help="MB in the bags whose chunks overlap")
     parser.add_argument("--open", type=int, default=400, help="MB in the bag that is opened")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--only", default="", help="cases that contain this text")
@@ -53,6 +55,10 @@ def run(arguments: list[str]) -> None:
         for label, compression, entries in cases(args):
             if args.only in label:
                 compare(label, compression, entries, peers, Path(folder), args.rounds)
+        for compression in ("none", "lz4", "bz2"):
+            for content in ("text", "numbers"):
+                if args.only in (label := f"overlapping {content} {compression}"):
+                    overlapping(label, compression, content, args, peers, Path(folder))
         if args.only in "open and list":
             opening(args, peers, Path(folder))
 
@@ -332,6 +338,41 @@ def compare(
     for name, turn in turns.items():
         turn.close()
         paths[name].unlink()
+
+
+def overlapping_entries(megabytes: int, content: str) -> list[Entry]:
+    """Messages of 50 kB in no order of time; LZ4 keeps half of text, and nearly all of numbers."""
+    import numpy as np
+
+    rng = np.random.default_rng(1)
+    message = message_class("std_msgs/UInt8MultiArray")()
+    words = rng.integers(0, 256, (4000, 6), np.uint8)
+    text, numbers = (
+        words[rng.integers(0, 4000, 8300)].ravel(),
+        np.cumsum(rng.normal(size=6250)).view(np.uint8),
+    )
+    message.data = {"text": text, "numbers": numbers}[content][:49_800]
+    stamps = rng.permutation(megabytes * 20)
+    return [("/data", message, 10**18 + int(stamp) * 10**7) for stamp in stamps]
+
+
+def overlapping(
+    label: str, compression: str, content: str, args: argparse.Namespace, peers: list[Any], folder: Path
+) -> None:
+    """Read a bag whose chunks all overlap in time."""
+    entries = overlapping_entries(args.overlapping, content)
+    path = folder / "overlapping.bag"
+    Ours().write(path, compression, Ours().prepare(entries))
+    turns = {peer.name: Turn(peer, []) for peer in peers}
+    times: Times = {}
+    for _ in range(args.rounds):
+        for verb in ("read", "raw"):
+            for name, turn in turns.items():
+                assert clock(times, name, turn, verb, path) == len(entries), (label, verb, name)
+    for verb in ("read", "raw"):
+        report(f"{label} {verb}", times, verb, [*turns], len(entries), _bytes(entries))
+    for turn in turns.values():
+        turn.close()
 
 
 def opening(args: argparse.Namespace, peers: list[Any], folder: Path) -> None:

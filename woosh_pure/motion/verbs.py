@@ -25,9 +25,11 @@ _log = get_logger("woosh_pure.motion")
 
 
 def _is_in_radians(degrees: float) -> bool:
-    """Whether so many rad are one turn at most and a whole number of degrees, as pi / 2 and 1.5708 are."""
-    turned = math.degrees(degrees)
-    return 0.0 < abs(turned) < 360.01 and abs(turned - round(turned)) < 0.001
+    """Whether so many rad are one turn at most, and whole degrees (pi / 2) or these rounded (1.57)."""
+    turned = abs(math.degrees(degrees))
+    if round(degrees, 1) != degrees == round(degrees, 3):  # two or three decimals: about 15, 30, 45 ...
+        return 7.0 < turned < 360.4 and abs(math.remainder(turned, 15.0)) < 0.35
+    return 0.0 < turned < 360.01 and abs(math.remainder(turned, 1.0)) < 0.001
 
 
 class MotionVerbs:

@@ -178,6 +178,9 @@ def test_a_pose_names_its_parts_when_it_is_taken_for_a_list() -> None:
     assert np.array([POSE]).dtype == object
 
 
+ROUNDED = [1.57, -3.14, 6.28, 0.785, 0.78, 0.79, 0.52, 1.05, 2.09, 2.36, 4.71, 0.26, 1.571, 3.142]
+
+
 def degrees_said(caplog: pytest.LogCaptureFixture, turn: Callable[..., object], angle: float) -> list[str]:
     caplog.clear()
     with pytest.raises(ConnectionLost):
@@ -185,7 +188,7 @@ def degrees_said(caplog: pytest.LogCaptureFixture, turn: Callable[..., object], 
     return [record.message for record in caplog.records if "rotate(angle) rad" in record.message]
 
 
-@pytest.mark.parametrize("angle", [math.pi / 2, 1.5708, -math.pi, math.radians(30), 2 * math.pi])
+@pytest.mark.parametrize("angle", [math.pi / 2, 1.5708, -math.pi, math.radians(30), 2 * math.pi, *ROUNDED])
 def test_a_turn_in_degrees_that_is_meant_in_rad_is_logged(
     caplog: pytest.LogCaptureFixture, angle: float
 ) -> None:
@@ -195,7 +198,9 @@ def test_a_turn_in_degrees_that_is_meant_in_rad_is_logged(
         assert [f"{math.degrees(abs(angle)):.0f}° was meant:" in text for text in said] == [True]
 
 
-@pytest.mark.parametrize("angle", [1, 90, 0.5, 1.5, 2.5, 5, -3.0, 6.5, 360, 4 * math.pi])
+@pytest.mark.parametrize(
+    "angle", [1, 2, 3, 90, 0.5, 1.5, 2.5, 5, -3.0, 5.5, 6.5, 0.01, 0.25, 1.25, 360, 4 * math.pi, 1.567241]
+)
 def test_other_turns_are_not_commented_on(caplog: pytest.LogCaptureFixture, angle: float) -> None:
     assert degrees_said(caplog, CHASSIS.left, angle) == []
 
