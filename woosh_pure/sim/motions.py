@@ -152,11 +152,12 @@ class StepMotion(Motion):
 
     @property
     def percent(self) -> float:
-        """Completed part of the current step."""
+        """Completed part of the current step, 0 to 100."""
         if self.index >= len(self.steps):
             return 100.0
         whole = abs(self.current.data)
-        return 100.0 if whole == 0 else min(100.0, 100.0 * self._travelled / whole)
+        # The base may still brake from a motion the other way: below 0 %, for a tiny step beyond any float32.
+        return 100.0 if whole == 0 else min(100.0, max(0.0, 100.0 * self._travelled / whole))
 
     @property
     def rest(self) -> float:

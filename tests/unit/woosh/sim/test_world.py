@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rosproto.codec import encode
 from woosh_pure.enums import (
     ActionType,
     NavigationMode,
@@ -29,6 +30,7 @@ from woosh_pure.sim.settings import Settings
 from woosh_pure.sim.site import Site, built_in_site
 from woosh_pure.sim.tasks import TaskRequest
 from woosh_pure.sim.world import NavigationSettings, World
+from woosh_pure.values.messages import message_type
 
 DT = 0.02
 
@@ -115,6 +117,22 @@ def test_a_step_ends_where_it_should(step, expected):
     assert world.body.pose.distance_to(expected) < 0.003
     assert abs(world.body.pose.angle_to(expected)) < 0.003
     assert motion.percent == 100.0
+
+
+@pytest.mark.parametrize("angle", [1.4e-45, 1e-38, 0.1])
+def test_the_part_of_a_step_that_is_done_stays_within_0_and_100(angle):
+    """Also of a tiny step that begins while the base turns the other way: no float32 holds -1e40 percent."""
+    world = World()
+    world.step_control([Step.turn(-60.0, 1.0)], avoid=True)
+    run(world, 2.0)
+    motion = world.step_control([Step.turn(angle)], avoid=True)
+    seen = set()
+    for _ in range(1000):
+        world.step(DT)
+        seen.add(motion.percent)
+        encode(message_type("woosh_msgs/StepControlFeedback")(percent=motion.percent))
+    assert motion.state is MotionState.DONE
+    assert (min(seen), max(seen)) == (0.0, 100.0)
 
 
 @pytest.mark.parametrize("step", [Step.straight(-10.1), Step.turn(62.9)])
