@@ -7,9 +7,8 @@ asks of the allocator must not help or hurt the others). Ratios are peer time / 
 is our processor time over our wall time, and behind a peer its processor time over ours (for a busy machine).
 "read" decodes every message. "floor" is the time of bare write() or readinto() calls for the same bytes: no
 program can be faster. Files lie in /dev/shm where there is one. Options: --small N messages, --mixed MB,
---pictures MB, --overlapping MB (messages in no order of time, so that all chunks overlap; only read), --open MB (a bag
-to be opened and listed; 2000 for the 2 GB case), --rounds N, --only TEXT;
---memory reads the bag of the open case and prints what that took.
+--pictures MB, --overlapping MB (bags whose chunks overlap in time, read only), --open MB (a bag to be opened and
+listed; 2000 for the 2 GB case), --rounds N, --only TEXT; --memory reads the bag of the open case and prints what that took.
 """
 
 from __future__ import annotations
@@ -56,9 +55,9 @@ def run(arguments: list[str]) -> None:
             if args.only in label:
                 compare(label, compression, entries, peers, Path(folder), args.rounds)
         for compression in ("none", "lz4", "bz2"):
-            for content in ("text", "numbers"):
-                if args.only in (label := f"overlapping {content} {compression}"):
-                    overlapping(label, compression, content, args, peers, Path(folder))
+            for written in ("by topic", "shuffled"):
+                if args.only in (label := f"overlapping {written} {compression}"):
+                    overlapping(label, compression, written, args, peers, Path(folder))
         if args.only in "open and list":
             opening(args, peers, Path(folder))
 
@@ -340,27 +339,25 @@ def compare(
         paths[name].unlink()
 
 
-def overlapping_entries(megabytes: int, content: str) -> list[Entry]:
-    """Messages of 50 kB in no order of time; LZ4 keeps half of text, and nearly all of numbers."""
+def overlapping_entries(megabytes: int, written: str) -> list[Entry]:
+    """Messages of 50 kB of text, 16 topics: one topic after the other, or in no order of time."""
     import numpy as np
 
     rng = np.random.default_rng(1)
     message = message_class("std_msgs/UInt8MultiArray")()
     words = rng.integers(0, 256, (4000, 6), np.uint8)
-    text, numbers = (
-        words[rng.integers(0, 4000, 8300)].ravel(),
-        np.cumsum(rng.normal(size=6250)).view(np.uint8),
-    )
-    message.data = {"text": text, "numbers": numbers}[content][:49_800]
-    stamps = rng.permutation(megabytes * 20)
-    return [("/data", message, 10**18 + int(stamp) * 10**7) for stamp in stamps]
+    message.data = words[rng.integers(0, 4000, 8300)].ravel()
+    count = megabytes * 20
+    stamps = range(count) if written == "by topic" else rng.permutation(count)
+    entries = [(f"/data{stamp % 16}", message, 10**18 + int(stamp) * 10**7) for stamp in stamps]
+    return sorted(entries, key=lambda entry: entry[0]) if written == "by topic" else entries
 
 
 def overlapping(
-    label: str, compression: str, content: str, args: argparse.Namespace, peers: list[Any], folder: Path
+    label: str, compression: str, written: str, args: argparse.Namespace, peers: list[Any], folder: Path
 ) -> None:
-    """Read a bag whose chunks all overlap in time."""
-    entries = overlapping_entries(args.overlapping, content)
+    """Read a bag whose chunks overlap in time; of shuffled ones, rosbag and rosbags do not give the order of time."""
+    entries = overlapping_entries(args.overlapping, written)
     path = folder / "overlapping.bag"
     Ours().write(path, compression, Ours().prepare(entries))
     turns = {peer.name: Turn(peer, []) for peer in peers}
