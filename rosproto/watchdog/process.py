@@ -161,8 +161,13 @@ class _LastMessage:
         self._publisher.close()
 
 
-class _LastRequest:
-    """A request over HTTP; each round sends it, one after the other, in a thread."""
+class RequestSender:
+    """A request over HTTP; each round sends it, one after the other, in a thread.
+
+    Attributes:
+        problem: Why it cannot be sent; always "", because it is not made then.
+        done: Whether the server has accepted it, or does something else.
+    """
 
     def __init__(self, request: LastRequest) -> None:
         self._request = request
@@ -181,9 +186,10 @@ class _LastRequest:
 
     def send(self) -> None:
         """Send it; a thread waits for the answer."""
-        threading.Thread(target=self._work, name="rosproto:last request", daemon=True).start()
+        threading.Thread(target=self.perform, name="rosproto:last request", daemon=True).start()
 
-    def _work(self) -> None:
+    def perform(self) -> None:
+        """Send it unless that is superfluous, and wait for the answer."""
         with self._turn:
             if self.done and self._request.only_if:
                 return
@@ -226,7 +232,7 @@ class _Watch:
     """
 
     line: Prepare
-    parts: list[_LastMessage | _LastCall | _LastRequest]
+    parts: list[_LastMessage | _LastCall | RequestSender]
     complete: bool = False
     failed: str = ""
     reported: str = ""
@@ -359,7 +365,7 @@ class WatchdogProcess:
                 watch.parts.append(_LastMessage(node(), message))
             for call in line.calls:
                 watch.parts.append(_LastCall(node(), call))
-            watch.parts += map(_LastRequest, line.requests)
+            watch.parts += map(RequestSender, line.requests)
             messages = [each for each in watch.parts if isinstance(each, _LastMessage)]
             if messages:
                 subscribers = node().master.get_system_state(timeout=CONNECT_SECONDS).subscribers
@@ -464,7 +470,7 @@ class WatchdogProcess:
         for node in list(self._nodes.values()):
             node.close()
 
-    def _acting(self) -> list[_LastMessage | _LastCall | _LastRequest]:
+    def _acting(self) -> list[_LastMessage | _LastCall | RequestSender]:
         return [each for key in self._table.armed for each in self._ready[key].parts]
 
 
@@ -476,7 +482,7 @@ def _lost_its_name(node: Node) -> bool:
         return False  # not registered yet, or the master is away
 
 
-def _try(each: _LastMessage | _LastCall | _LastRequest) -> None:
+def _try(each: _LastMessage | _LastCall | RequestSender) -> None:
     """Send it; if it fails, the others are still sent."""
     try:
         each.send()

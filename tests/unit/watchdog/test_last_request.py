@@ -1,4 +1,4 @@
-"""`_LastRequest`: the answers of a server that lies, refuses or wants a password."""
+"""`RequestSender`: the answers of a server that lies, refuses or wants a password."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Server:
 
 def request(server: Server, monkeypatch: pytest.MonkeyPatch, *only_if: str) -> Any:
     monkeypatch.setattr(module, "HttpClient", lambda *_, **__: server)
-    made = module._LastRequest(LastRequest("http://robot:5480", "cancel", "{}", "task", only_if))
+    made = module.RequestSender(LastRequest("http://robot:5480", "cancel", "{}", "task", only_if))
     server.asked.clear()
     return made
 
@@ -50,25 +50,25 @@ def test_an_answer_that_tells_nothing_lets_the_cancel_be_sent(
     server = Server(task=OURS, cancel={"ok": True})
     made = request(server, monkeypatch, "id", "7")
     server.answers["task"] = lie
-    made._work()
+    made.perform()
     assert (server.asked, made.done) == (["task", "cancel"], True)
 
 
 def test_a_refused_cancel_is_sent_again(monkeypatch: pytest.MonkeyPatch) -> None:
     server = Server(task=OURS, cancel={"ok": False})
     made = request(server, monkeypatch, "id", "7")
-    made._work()
+    made.perform()
     assert not made.done
     server.answers["cancel"] = {"ok": True}
-    made._work()
-    made._work()
+    made.perform()
+    made.perform()
     assert (made.done, server.asked.count("cancel")) == (True, 2)
 
 
 def test_another_task_is_spared(monkeypatch: pytest.MonkeyPatch) -> None:
     server = Server(task={"ok": True, "body": {"id": 8}}, cancel={"ok": True})
     made = request(server, monkeypatch, "id", "7")
-    made._work()
+    made.perform()
     assert (server.asked, made.done) == (["task"], True)
 
 

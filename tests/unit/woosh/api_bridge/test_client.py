@@ -52,6 +52,10 @@ def link(robot: ScriptedRobot) -> Iterator[Link]:
     link.close()
 
 
+def threads_of_links() -> list[str]:
+    return [each.name for each in threading.enumerate() if each.name.startswith("woosh:robot api ")]
+
+
 def drive(link: Link, body: dict[str, float] = AHEAD, times: int = 1) -> None:
     for _ in range(times):
         link.velocity(body)
@@ -223,10 +227,10 @@ def test_a_request_that_a_robot_never_answers_is_forgotten(
     robot.answers["Speak"] = lambda _: None
     until(lambda: POSE in robot.topics)
     ends: list[Any] = []
-    for _ in range(20):
+    for number in range(1, 21):
         link.post("woosh.robot.Speak", {"text": "hello"}, ends.append)
         robot.push("PoseSpeed", {})
-        until(lambda: not link._asked)
+        until(lambda number=number: len(ends) == number)
     assert {type(answer) for answer in ends} == {RosTimeout}
     assert (len(ends), link.number) == (20, 1)
 
@@ -235,23 +239,25 @@ def test_a_close_during_a_new_connection_ends_it(
     robot: ScriptedRobot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     link = Link(robot.port)
-    opened, go_on, real = threading.Event(), threading.Event(), link._opened
+    connecting, cut, go_on, real = threading.Event(), threading.Event(), threading.Event(), client.connect
 
-    def late() -> Any:
-        opened.set()
+    def late(*args: Any, **options: Any) -> Any:
+        connecting.set()
         go_on.wait(5.0)
-        return real()
+        return real(*args, **options)
 
     link.start()
-    monkeypatch.setattr(link, "_opened", late)
+    until(lambda: POSE in robot.topics)  # the robot knows the connection, too
+    monkeypatch.setattr(client, "connect", late)
     robot.drop()
-    assert opened.wait(5.0)
+    assert connecting.wait(5.0)
+    monkeypatch.setattr(link, "cut", cut.set)  # the connection before: `close` cannot know the new one
     closing = threading.Thread(target=link.close)
     closing.start()
-    until(link._ended.is_set)
+    assert cut.wait(5.0)
     go_on.set()
     closing.join(5.0)
-    assert not [each for each in link._threads if each.is_alive()]
+    assert not threads_of_links()
 
 
 def test_a_close_sends_the_zero_that_is_due(robot: ScriptedRobot) -> None:
@@ -261,4 +267,4 @@ def test_a_close_sends_the_zero_that_is_due(robot: ScriptedRobot) -> None:
     until(lambda: robot.of("Twist"))
     link.close()
     assert {} in robot.of("Twist")
-    assert not [each for each in link._threads if each.is_alive()]
+    assert not threads_of_links()

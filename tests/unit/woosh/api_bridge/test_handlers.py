@@ -13,6 +13,7 @@ from rosproto.action import GoalStatus
 from rosproto.codec import Message
 from rosproto.errors import RosError, RosTimeout
 from rosproto.numeric import encode_png
+from tests.support.waiting import until
 from woosh_pure.api_bridge import handlers as module
 from woosh_pure.api_bridge.client import ApiLink
 from woosh_pure.api_bridge.handlers import MAX_FEEDBACKS, ORDER, ApiHandlers
@@ -116,9 +117,34 @@ def test_a_goal_that_a_closed_bridge_has_ended_is_followed_no_longer(robot: Robo
 
 
 def test_a_flood_of_feedbacks_waits_in_bounded_memory_and_hides_no_end(robot: Robot) -> None:
-    inbox = robot.handlers._feedback[STEP] = module.queue.SimpleQueue()
-    runs, done = STATES["kRosExecuting"], STATES["kRosSuccess"]
-    robot.handlers.feedbacks({"fbs": [{"action": STEP, "state": runs}] * (2 * MAX_FEEDBACKS)})
-    robot.handlers.feedbacks({"fbs": [{"action": STEP, "state": done}]})
-    waiting = [inbox.get_nowait()["state"] for _ in range(inbox.qsize())]
-    assert waiting == [runs] * MAX_FEEDBACKS + [done]
+    told: list[object] = []
+    slow, go_on = threading.Event(), threading.Event()
+
+    def publish(report: object) -> None:
+        slow.set()
+        go_on.wait(10.0)
+        told.append(report)
+
+    goal = SimpleNamespace(
+        goal=message_type("woosh_msgs/StepControlGoal")(),
+        cancel_requested=False,
+        status=GoalStatus.ACTIVE,
+        publish_feedback=publish,
+        succeed=told.append,
+    )
+    worker = threading.Thread(target=robot.handlers.actions["/cmd_vel_control"], args=(goal,), daemon=True)
+    runs, done = (
+        {"action": STEP, "code": 0, "state": STATES[each]} for each in ("kRosExecuting", "kRosSuccess")
+    )
+    worker.start()
+
+    def begun() -> bool:
+        robot.handlers.feedbacks({"fbs": [runs]})
+        return slow.is_set()
+
+    until(begun)
+    robot.handlers.feedbacks({"fbs": [runs] * (2 * MAX_FEEDBACKS)})
+    robot.handlers.feedbacks({"fbs": [done]})
+    go_on.set()
+    worker.join(5.0)
+    assert len(told) == 1 + MAX_FEEDBACKS + 1

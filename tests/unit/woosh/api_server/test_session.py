@@ -124,21 +124,29 @@ def test_what_comes_after_a_request_that_waits_for_the_robot_is_read_meanwhile(k
     assert len(waiting) == 1
 
 
-def test_zero_follows_a_velocity_that_waited_until_its_client_had_gone() -> None:
+@pytest.mark.parametrize("leaves", [False, True])
+def test_zero_follows_a_velocity_that_waited_until_its_client_had_gone(leaves: bool) -> None:
     gone: list[object] = []
-    commands = SimpleNamespace(do=lambda *_: {}, gone=gone.append)
     nothing: Any = lambda *_: None  # noqa: E731
     channel = ClientChannel("peer", GatewayLimits(), nothing, nothing, nothing)
-    state = cast(ApiState, SimpleNamespace(limits=GatewayLimits(), commands=commands))
-    session = ApiSession(state, channel)
-    frame = {"type": "woosh.robot.Twist", "body": {"linear": 0.2}}
-    session._free.acquire()
-    session._reply(frame, 0.0)
-    assert gone == []
-    channel.gone = True
-    session._free.acquire()
-    session._reply(frame, 0.0)
-    assert gone == [session]
+
+    async def read_json(data: str) -> JsonValue:
+        return cast(JsonValue, json.loads(data))
+
+    def later(work: Any) -> None:
+        channel.gone = leaves
+        work()
+
+    state = SimpleNamespace(
+        limits=GatewayLimits(),
+        read_json=read_json,
+        waits=lambda *_: True,
+        commands=SimpleNamespace(do=lambda *_: {}, gone=gone.append),
+        pool=SimpleNamespace(spawn=later),
+    )
+    session = ApiSession(cast(ApiState, state), channel)
+    asyncio.run(session.received(json.dumps({"type": "woosh.robot.Twist", "body": {"linear": 0.2}})))
+    assert gone == ([session] if leaves else [])
 
 
 def test_marks_without_a_pose_are_named_without_one() -> None:
