@@ -325,7 +325,6 @@ class ActionServer:
         if goal is not None and goal.cancel_requested:
             self._apply(goal, "accept", None, None)
             self._apply(goal, "cancel", None, "canceled before it was started")
-            self._publish_status()
             goal = None
         self._current = goal
         if goal is not None:
@@ -356,8 +355,9 @@ class ActionServer:
                 self._workers.discard(threading.current_thread())
                 if self._current is goal:
                     self._current = None
-                    if not self._closed:
+                    if not self._closed and self._waiting is not None:
                         self._start_waiting()
+                        self._publish_status()
 
     def _succeed_with(self, goal: ServerGoal, result: object) -> None:
         part = part_from(result, self.type.result, f"what the handler of {self.name} returns")

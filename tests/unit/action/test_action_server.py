@@ -22,7 +22,7 @@ from tests.unit.action.fakegraph import (
 )
 
 G = GoalStatus
-SECONDS = 5.0
+SECONDS = 20.0
 
 
 class Bench:
@@ -35,6 +35,7 @@ class Bench:
         self.changed = threading.Condition()
         self.results = []
         self.graph.subscribers.append(_Tap(self, "/act/result", self._on_result))
+        self.graph.subscribers.append(_Tap(self, "/act/status", self._on_status))
         self.server = ActionServer(
             self.node, "/act", ACTION, handler or self.patient, clock=self.clock, **options
         )
@@ -42,6 +43,10 @@ class Bench:
     def _on_result(self, message) -> None:
         with self.changed:
             self.results.append((message.status.goal_id.id, G(message.status.status), message.status.text))
+            self.changed.notify_all()
+
+    def _on_status(self, message) -> None:
+        with self.changed:
             self.changed.notify_all()
 
     def patient(self, goal) -> None:
@@ -61,6 +66,11 @@ class Bench:
         with self.changed:
             assert self.changed.wait_for(lambda: len(self.results) >= count, SECONDS), self.results
             return list(self.results)
+
+    def wait_active(self, goal_id) -> None:
+        """Wait until a status says that a goal is under way."""
+        with self.changed:
+            assert self.changed.wait_for(lambda: (goal_id, G.ACTIVE) in self.statuses()[-1], SECONDS)
 
     def statuses(self):
         return [
@@ -201,11 +211,14 @@ def test_a_goal_can_succeed_although_it_was_cancelled(make):
     assert [("a", G.PREEMPTING)] in bench.statuses()
 
 
-def test_a_newer_goal_replaces_the_one_under_way(make):
+def test_a_newer_goal_replaces_the_one_under_way(make, monkeypatch):
+    """Its start is published at once, not with the next round. A cancel before would end it without its handler."""
+    monkeypatch.setattr("rosproto.action.server.STATUS_SECONDS", 1e6)
     bench = make()
     bench.send("a", 1)
     bench.send("b", 2)
     assert bench.wait_results(1) == [("a", G.PREEMPTED, "stopped")]
+    bench.wait_active("b")
     bench.cancel("b")
     assert bench.wait_results(2)[1] == ("b", G.PREEMPTED, "stopped")
 
@@ -357,7 +370,8 @@ def test_more_goals_than_allowed_are_rejected(make):
     assert bench.results == [("2", G.REJECTED, "more than 2 goals are under way")]
 
 
-def test_mistakes_of_the_handler_are_told_to_it(make):
+def test_mistakes_of_the_handler_are_told_to_it(make, monkeypatch):
+    monkeypatch.setattr("rosproto.action.server._CLOSE_SECONDS", SECONDS)
     errors = []
 
     def handler(goal):
@@ -378,7 +392,8 @@ def test_mistakes_of_the_handler_are_told_to_it(make):
     assert errors == [CodecError, LocalProtocolError, LocalProtocolError]
 
 
-def test_closing_asks_handlers_to_stop_and_is_idempotent(make):
+def test_closing_asks_handlers_to_stop_and_is_idempotent(make, monkeypatch):
+    monkeypatch.setattr("rosproto.action.server._CLOSE_SECONDS", SECONDS)
     bench = make()
     bench.send("a")
     bench.server.close()
