@@ -36,7 +36,7 @@ def run(
         [sys.executable, "-m", "rosproto.rospy", *(options or []), str(program), "one", "--two", "_x:=3"],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=100,
         env=environment,
     )
 

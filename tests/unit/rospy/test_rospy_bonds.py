@@ -18,18 +18,22 @@ def test_a_bond_is_formed_and_broken_from_the_other_end(tmp_path: Path) -> None:
         told = []
         one = bondpy.Bond("/bond", "id", lambda: told.append("one broken"), lambda: told.append("one formed"))
         two = bondpy.Bond("/bond", "id", lambda: told.append("two broken"), lambda: told.append("two formed"))
-        alone = bondpy.Bond("/bond", "other")
-        alone.connect_timeout = 0.3
-        for bond in (one, two, alone):
+        alone, short = bondpy.Bond("/bond", "other"), bondpy.Bond("/bond", "a third")
+        for bond in (one, two, alone, short):
+            bond.connect_timeout = bond.heartbeat_timeout = bond.disconnect_timeout = 50
             bond.heartbeat_period = 0.05
+        short.connect_timeout = 0.3
+        for bond in (one, two, alone, short):
             bond.start()
-        print(one.wait_until_formed(10), two.wait_until_formed(rospy.Duration(10)))
-        print(alone.wait_until_formed(0.05), alone.wait_until_broken(10), alone.is_broken())
+        print(one.wait_until_formed(50), two.wait_until_formed(rospy.Duration(50)))
+        print(alone.wait_until_formed(0.05), short.wait_until_broken(50), short.is_broken())
         one.break_bond()
-        print(one.wait_until_broken(10), two.wait_until_broken(10))
-        rospy.sleep(0.1)
+        print(one.wait_until_broken(50), two.wait_until_broken(50))
+        while len(told) < 4 and not rospy.is_shutdown():  # the callbacks follow the state
+            rospy.sleep(0.01)
+        for bond in (one, two, alone, short):
+            bond.shutdown()
         print(sorted(told))
-        one.shutdown(), two.shutdown(), alone.shutdown()
     """
     with Master() as master:
         assert output(code, tmp_path, uri=master.uri).splitlines() == [
@@ -49,15 +53,15 @@ def test_a_bond_whose_other_end_falls_silent_is_broken(tmp_path: Path) -> None:
         rospy.init_node("n")
         publisher = rospy.Publisher("/bond", Status, queue_size=1)
         bond = bondpy.Bond("/bond", "id")
-        bond.heartbeat_timeout = 0.2
+        bond.connect_timeout, bond.heartbeat_timeout = 50, 0.2
         rospy.set_param(Constants.DISABLE_HEARTBEAT_TIMEOUT_PARAM, True)
         bond.start()
         while not publisher.get_num_connections():
             rospy.sleep(0.01)
         publisher.publish(Status(id="id", instance_id="other", active=True))
-        print(bond.wait_until_formed(10), bond.wait_until_broken(0.6))
+        print(bond.wait_until_formed(50), bond.wait_until_broken(0.6))
         rospy.set_param(Constants.DISABLE_HEARTBEAT_TIMEOUT_PARAM, False)
-        print(bond.wait_until_broken(10))
+        print(bond.wait_until_broken(50))
         bond.shutdown()
     """
     with Master() as master:
