@@ -231,7 +231,8 @@ class RobotGoal:
             return False
         if self._cancel_arrives is None:
             self._cancel_arrives = self._network.arrival()
-        return time.monotonic() >= self._cancel_arrives
+        arrives = self._network.earlier(self._cancel_arrives)
+        return time.monotonic() >= arrives
 
     def publish_feedback(self, feedback: DynamicMessage) -> None:
         """See `ServerGoal`."""

@@ -29,9 +29,9 @@ class Network:
         self.delay = 0.0
         self._silent_until = 0.0
         self._down_until = 0.0
-        self._lock = threading.Lock()
+        self._lock = threading.Condition()
         self._queue: deque[tuple[float, object, Callable[[], object]]] = deque()
-        self._closing = threading.Event()
+        self._closing = False
 
     def fall_silent(self, seconds: float) -> None:
         """Stop the periodic topics for a while; everything else goes on."""
@@ -46,6 +46,7 @@ class Network:
         with self._lock:
             self.delay = self._silent_until = self._down_until = 0.0
             self._queue = deque((0.0, sender, act) for _, sender, act in self._queue)
+            self._lock.notify_all()
 
     @property
     def silent(self) -> bool:
@@ -91,13 +92,20 @@ class Network:
 
     def travel(self) -> None:
         """Wait for the delay of a request or reply."""
-        rest = self.arrival() - time.monotonic()
-        if rest > 0.0:
-            self._closing.wait(rest)
+        arrives = self.arrival()
+        with self._lock:
+            while not self._closing and (rest := self.earlier(arrives) - time.monotonic()) > 0.0:
+                self._lock.wait(rest)
+
+    def earlier(self, arrives: float) -> float:
+        """When what is on its way arrives: at its time, or at once after `restore`."""
+        return min(arrives, self.arrival())
 
     def close(self) -> None:
         """End all waits."""
-        self._closing.set()
+        with self._lock:
+            self._closing = True
+            self._lock.notify_all()
 
 
 class RobotNode(rosproto.Node):
