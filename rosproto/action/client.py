@@ -185,6 +185,7 @@ class ActionClient:
         Raises:
             ConnectionLost: No server is connected: call `wait_for_server` first.
             CodecError: `goal` is not a goal of this action, or a value does not fit its field.
+            RuntimeError: The system starts no thread for the callbacks. Nothing was sent.
         """
         self._check_open()
         part = part_from(goal, self.type.goal, f"a goal of {self.name}")

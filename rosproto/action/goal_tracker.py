@@ -32,7 +32,7 @@ _LOOK_AGAIN = 0.25  # seconds between looks at how long the server has been sile
 
 
 class CallbackThread:
-    """Calls functions in order, in a separate thread that starts with the first call.
+    """Calls functions in order, in a separate thread that starts with `start` or the first call.
 
     Status, result and feedback arrive in three threads. Callbacks run in this one, in the order of the goal's
     states, one at a time, and without a lock held, so they may call anything.
@@ -50,6 +50,20 @@ class CallbackThread:
         """True when called from a callback."""
         return threading.current_thread() is self._thread
 
+    def start(self) -> None:
+        """Start the thread, if it has not been started.
+
+        Raises:
+            RuntimeError: The system starts no more threads.
+        """
+        with self._ready:
+            if self._thread is None and not self._closed:
+                thread = threading.Thread(
+                    target=self._run, name=f"rosproto:action callbacks {self._name}", daemon=True
+                )
+                thread.start()
+                self._thread = thread
+
     def call(self, function: Callable[[], object], *, droppable: bool = False) -> bool:
         """Queue a call of `function`.
 
@@ -64,11 +78,7 @@ class CallbackThread:
             if self._closed or (droppable and len(self._queue) >= MAX_WAITING):
                 return False
             self._queue.append(function)
-            if self._thread is None:
-                self._thread = threading.Thread(
-                    target=self._run, name=f"rosproto:action callbacks {self._name}", daemon=True
-                )
-                self._thread.start()
+            self.start()
             self._ready.notify()
         return True
 
@@ -177,7 +187,13 @@ class GoalTracker:
     # -- goals -------------------------------------------------------------------------------
 
     def follow(self, goal: SentGoal) -> None:
-        """Follow a goal; beyond `MAX_GOALS` the oldest becomes LOST."""
+        """Follow a goal, before it is sent; beyond `MAX_GOALS` the oldest becomes LOST.
+
+        Raises:
+            RuntimeError: The system starts no thread for the goal's callbacks.
+        """
+        if goal.on_transition is not None or goal.on_feedback is not None:
+            self._callbacks.start()  # the goal's first answer may come when no thread can be started any more
         with self._changed:
             if len(self.followed) >= MAX_GOALS:
                 oldest = self.followed[next(iter(self.followed))]

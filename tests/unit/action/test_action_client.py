@@ -97,6 +97,36 @@ def test_transitions_and_feedback_come_in_order_in_one_thread_and_the_end_before
     assert woken == [5]
 
 
+@pytest.fixture
+def no_threads(monkeypatch):
+    """A function after which no thread can be started."""
+
+    def refuse(thread):
+        raise RuntimeError("can't start new thread")
+
+    return lambda: monkeypatch.setattr(threading.Thread, "start", refuse)
+
+
+def test_callbacks_need_no_thread_that_is_started_after_the_goal_was_sent(graph, live, no_threads):
+    """The server answers when the system starts no more threads."""
+    seen = []
+    handle = live.send_goal(Goal(), transition=lambda h: seen.append(h.state.name))
+    no_threads()
+    graph.status((handle.goal_id, ACTIVE))
+    graph.result(handle.goal_id, SUCCEEDED)
+    assert handle.wait(20).percent == 1.0
+    assert seen == ["ACTIVE", "WAITING_FOR_RESULT", "DONE"]
+
+
+def test_a_goal_whose_callbacks_get_no_thread_is_not_sent(graph, live, no_threads):
+    no_threads()
+    with pytest.raises(RuntimeError, match="can't start new thread"):
+        live.send_goal(Goal(), transition=lambda h: None)
+    assert graph.publishers["/act/goal"].sent == []
+    assert live._goals.followed == {}
+    assert live.send_goal(Goal()).state is CommState.WAITING_FOR_GOAL_ACK  # nobody is called for this one
+
+
 def test_a_callback_may_wait_for_its_own_goal_and_cancel_it(graph, live):
     results = []
     handle = live.send_goal(
