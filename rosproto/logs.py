@@ -81,7 +81,7 @@ class PeerLog:
                 return
             left_out, limit.left_out = limit.left_out, 0
         if left_out:
-            message, args = f"{message} (and %d more like it were left out)", (*args, left_out)
+            message, args = f"{message}; %d more like it were left out", (*args, left_out)
         say = getattr(self._log, level)
         options = {} if exc_info is None else {"exc_info": exc_info}
         say(message, *(a if isinstance(a, (int, float)) else cut(a) for a in args), stacklevel=3, **options)

@@ -19,6 +19,7 @@ from dataclasses import replace
 from rosproto.errors import RemoteProtocolError
 from rosproto.logs import get_logger
 from rosproto.node import Node
+from rosproto.sentence import say
 from rosproto.transport import next_item
 from rosproto.watchdog.protocol import (
     HEARTBEAT_SECONDS,
@@ -46,7 +47,9 @@ END_SECONDS = 3.0  # for the process to end by itself
 MAX_RESTARTS = 3
 RESTART_WINDOW_SECONDS = 30.0  # seconds, for `MAX_RESTARTS`
 MAX_LOOKS_WITHOUT_REPORT = 3  # one a second, as the reports of the process while something moves
-_WITHOUT = "if this program is killed, what it has sent last stays in force: keep the red button within reach"
+_WITHOUT = say(
+    "if this program is killed, what it has sent last stays in force: keep the red button within reach"
+)
 
 
 def watched_node_of(node: Node, msg_path: Sequence[str | os.PathLike[str]] = ()) -> WatchedNode:
@@ -116,7 +119,7 @@ class Watch:
 
     def forgotten(self) -> None:
         """The process has ended, and the next one does not know this watch yet."""
-        self._problem = "its process has ended"
+        self._problem = say("its process has ended")
         self._has_report.clear()
 
     def answered(self, problem: str) -> str | None:
@@ -189,7 +192,7 @@ class Watchdog:
             try:
                 self._process = _start()
             except (OSError, ValueError) as error:
-                self._give_up(f"it cannot be started ({error})")
+                self._give_up(say("it cannot be started ({error})", error=error))
                 return
             for name, work in (("write", self._write), ("read", self._read), ("look", self._look)):
                 thread = threading.Thread(target=work, name=f"rosproto:watchdog {name}", daemon=True)
@@ -292,7 +295,9 @@ class Watchdog:
         while not self._ended.wait(1.0):
             for watch in list(self._watches.values()):
                 if watch.look():
-                    self._report(watch, f"it has not reported for {MAX_LOOKS_WITHOUT_REPORT} s")
+                    self._report(
+                        watch, say("it has not reported for {seconds} s", seconds=MAX_LOOKS_WITHOUT_REPORT)
+                    )
 
     def _report(self, watch: Watch, problem: str) -> None:
         """Take a report, and log it when it is another one than before."""
@@ -324,9 +329,10 @@ class Watchdog:
         if isinstance(line, Ready) and (watch := self._watches.get(line.key)) is not None:
             self._report(watch, line.problem)
         elif isinstance(line, Sent):
-            text = (
-                f"this program had not run for {line.seconds:.1f} s while something of it moved, when its "
-                "watchdog stopped the robot"
+            text = say(
+                "this program had not run for {seconds:.1f} s while something of it moved, when its watchdog "
+                "stopped the robot",
+                seconds=line.seconds,
             )
             _log.warning("! %s", text)
             for listener in list(self._listeners):
@@ -339,19 +345,21 @@ class Watchdog:
         """The process has ended unexpectedly: start another one; False after too many attempts."""
         now = time.monotonic()
         self._ends = [*(end for end in self._ends if now - end < RESTART_WINDOW_SECONDS), now]
-        how = f"killed by signal {-code}" if code < 0 else f"exit code {code}"
+        how = say("killed by signal {code}", code=-code) if code < 0 else say("exit code {code}", code=code)
         for watch in list(self._watches.values()):
             watch.forgotten()
         with self._lock:
             if self._closed:
                 return False
             if len(self._ends) > MAX_RESTARTS:
-                self._give_up(f"it has ended {len(self._ends)} times ({how})")
+                self._give_up(say("it has ended {count} times ({how})", count=len(self._ends), how=how))
                 return False
             try:
                 old, self._process = self._process, _start()
             except (OSError, ValueError) as error:
-                self._give_up(f"it has ended ({how}) and cannot be started again ({error})")
+                self._give_up(
+                    say("it has ended ({how}) and cannot be started again ({error})", how=how, error=error)
+                )
                 return False
         if old is not None:
             _close_pipes(old)

@@ -47,7 +47,7 @@ class Output(cli.Output):
 
 
 class LogLines(logging.Formatter):
-    """Lines of the log on stderr: the sentences in them are in the language of the command."""
+    """Lines of the log on stderr: they, and the sentences in them, are in the language of the command."""
 
     def __init__(self, language: str) -> None:
         super().__init__()
@@ -55,6 +55,7 @@ class LogLines(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         record = copy(record)
+        record.msg = translated(str(record.msg), self._language)
         if isinstance(record.args, tuple):
             record.args = tuple(
                 said(each, self._language) if isinstance(each, (Sentence, BaseException)) else each

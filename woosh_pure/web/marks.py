@@ -182,7 +182,7 @@ def _require_free(marks: dict[str, UserMark], name: str) -> None:
 
 def _not_kept(what: str, error: Exception) -> Problem:
     """Return a problem without the path of the file, and log the path."""
-    _logger.error("! the list of marks cannot be %s: %s", what, error)
+    _logger.error("! the list of marks cannot be %s: %s", say(what), error)
     text = "the list of marks cannot be {what}; the log of the server says why"
     return Problem(503, text, "marks-not-kept", what=say(what))
 

@@ -17,6 +17,7 @@ import pytest
 from rosproto import profile as config
 from rosproto.errors import ConnectionLost
 from rosproto.json_values import plain
+from rosproto.logs import PeerLog
 from rosproto.numeric import encode_png
 from rosproto.sentence import say
 from rosproto.text import width
@@ -67,6 +68,21 @@ def test_a_line_of_the_log_is_in_the_language_of_the_command() -> None:
     assert LogLines("zh").format(record).startswith("! 没有应答: ")
     assert LogLines("en").format(record) == record.getMessage()
     assert record.getMessage().startswith("! no answer: mark 'x' is not in")
+
+
+def test_the_words_of_a_line_of_the_log_are_in_the_language_of_the_command(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    """Also where one kind of event was limited: what was left out is counted in that language, too."""
+    seconds = 0.0
+    log = PeerLog("woosh", lambda: seconds)
+    for number in range(12):
+        log.warning("/a", "! %s: publisher %s: %s", "/a", f"/n{number}", "closed")
+    seconds = 100.0
+    log.warning("/a", "! %s: publisher %s: %s", "/a", "/n", "closed")
+    said = [LogLines("zh").format(record) for record in caplog.records]
+    assert said[0] == "! /a：发布者 /n0：closed"
+    assert said[-1] == "! /a：发布者 /n：closed；另有 2 条类似的消息已省略"
 
 
 def test_an_error_comes_after_no_document_only() -> None:
