@@ -19,7 +19,14 @@ from woosh_pure.interface.table import row
 from woosh_pure.maps.gridmap import GridMap, grid_from_message, grid_message
 from woosh_pure.motion.action_goal import ActionHandle, ActionMotion
 from woosh_pure.motion.steps import MAX_SPEED
-from woosh_pure.values.messages import message_type, polygon, pose_of, pose_with_covariance, stamped_pose
+from woosh_pure.values.messages import (
+    as_pose,
+    message_type,
+    polygon,
+    pose_of,
+    pose_with_covariance,
+    stamped_pose,
+)
 
 _STRIPS = {"base": ("/rgbled",), "shelf": ("/rgbled_shelf", "/kShelfLedColorPubName")}
 _FOOTPRINTS = {
@@ -213,12 +220,12 @@ class Peripherals:
         if not (math.isfinite(tolerance) and 0.0 <= tolerance <= 5.0):
             wrong = "tolerance {tolerance} m: expected 0 to 5, and small: it becomes position error"
             raise ValueError(say(wrong, tolerance=tolerance))
-        begin = start or self._current_pose()
+        begin, target = stamped_pose(self._current_pose() if start is None else start), stamped_pose(goal)
         reply = self._components.clients.call(
             "/move_base/make_plan",
             timeout=30.0,
-            start=stamped_pose(begin),
-            goal=stamped_pose(goal),
+            start=begin,
+            goal=target,
             tolerance=tolerance,
         )
         return [
@@ -329,7 +336,7 @@ class Peripherals:
             RosTimeout: `/initialpose` has no subscriber.
             ChassisError: This chassis has no such service, or several, or it refused.
         """
-        if pose.frame.lstrip("/") != "map":
+        if as_pose(pose).frame.lstrip("/") != "map":
             raise ValueError(
                 say("the pose is in {frame!r}; the localisation needs a pose in the map", frame=pose.frame)
             )

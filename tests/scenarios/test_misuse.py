@@ -90,6 +90,10 @@ def test_what_cannot_be_meant_is_a_value_error(robot, call, match):
     ("call", "match"),
     [
         (lambda c: c.follow([(1.0, 2.0, 0.0)]), "expected Pose2D"),
+        (lambda c: c.plan(3.0, 1.0), r"^[13]\.0 is not a pose; expected Pose2D"),
+        (lambda c: c.plan(Pose2D(1, 0), 0.0), r"^0\.0 is not a pose; expected Pose2D"),
+        (lambda c: c.set_pose(3.0), "expected Pose2D"),
+        (lambda c: c.task(TaskType.PICK, poses=[3.0]), "expected Pose2D"),
         (lambda c: c.steps([0.5]), "Step.straight"),
         (lambda c: c.set_map("hall.yaml"), "GridMap"),
     ],

@@ -16,6 +16,7 @@ from woosh_pure.hints import usage
 from woosh_pure.motion.action_goal import NavigationHandle, StepHandle, start_navigation, start_steps
 from woosh_pure.motion.steps import Step, radians_of
 from woosh_pure.motion.task import TaskHandle, TaskOptions, TaskOrder, start_task
+from woosh_pure.values.messages import as_pose
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -96,7 +97,7 @@ class MotionVerbs:
             ConnectionLost, RosTimeout, ServiceError: The chassis did not answer; a task that it may have
                 begun was cancelled if possible.
         """
-        way = [pose.require_sensible() for pose in poses]
+        way = [as_pose(pose).require_sensible() for pose in poses]
         order = TaskOrder(TaskType(task_type), mark, way, Direction(direction), type_number, custom)
         return start_task(self._components, order, timeout=timeout, check=check, replace=replace)
 
@@ -208,9 +209,7 @@ class MotionVerbs:
         path = [path] if isinstance(path, Pose2D) else path
         if not path:
             raise ValueError("the path is empty; give at least the target pose")
-        for pose in path:
-            if not isinstance(pose, Pose2D):
-                raise TypeError(say("the path has {pose!r} in it; expected Pose2D(x, y, yaw)", pose=pose))
+        path = [*map(as_pose, path)]
         mode = ExecutionMode.POINT_BY_POINT if point_by_point else ExecutionMode.FREE
         return start_navigation(
             self._components, path, mode=mode, timeout=timeout, check=check, replace=replace

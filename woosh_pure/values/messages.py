@@ -68,8 +68,19 @@ def set_yaw(target: DynamicMessage, yaw: float) -> None:
 def pose_message(pose: Pose2D) -> DynamicMessage:
     """geometry_msgs/Pose, z 0."""
     message = _new("geometry_msgs/Pose")
-    set_pose(message, pose.require_sensible())
+    set_pose(message, as_pose(pose).require_sensible())
     return message
+
+
+def as_pose(value: object) -> Pose2D:
+    """What a caller gave for a pose.
+
+    Raises:
+        TypeError: It is something else, such as one number.
+    """
+    if not isinstance(value, Pose2D):
+        raise TypeError(say("{value!r} is not a pose; expected Pose2D(x, y, yaw)", value=value))
+    return value
 
 
 def stamped_pose(pose: Pose2D) -> DynamicMessage:
@@ -78,7 +89,7 @@ def stamped_pose(pose: Pose2D) -> DynamicMessage:
     The robot takes the newest transform for it. At a time of this computer's clock it may have none.
     """
     message = _new("geometry_msgs/PoseStamped")
-    message.header.frame_id = pose.frame.lstrip("/")  # tf2 refuses one that begins with a slash
+    message.header.frame_id = as_pose(pose).frame.lstrip("/")  # tf2 refuses one that begins with a slash
     message.pose = pose_message(pose)
     return message
 
