@@ -1,11 +1,13 @@
 """A robot that has only the Robot API: seconds until it stands, when what commands it fails.
 
-    python -m tests.benchmarks api_bridge [--trials 50] [--only killed-drive,killed-task,unwatched-drive,cut-drive,cut-task,reset-drive,reset-task]
+    python -m tests.benchmarks api_bridge [--trials 50] [--only ROW,...]
 
 A program with a `Chassis` of the simulated robot's Robot API drives by velocity, or has a task; what a drive sends is carried on when
 it ends, so that only a zero ends it. Each row has the median and the longest of all trials:
 
-* killed: kill -9 with a watchdog; unwatched: without one (the server's zero after 0.5 s ends it).
+* killed: kill -9 with a watchdog; unwatched: without one. In a drive the server's own zero, which follows its client's end, is as early.
+* watchdog: kill -9 together with the server, which another one replaces: only the watchdog's zero can end the drive. nothing: the
+  same without a watchdog; the robot has to move still after 5 s, which shows that nothing else ends it.
 * cut: the network delivers nothing more for 6 s, in the middle; reset: the connection is reset. A task goes on meanwhile, and is ended
   when the link is there again: the program stops it.
 """
@@ -17,6 +19,7 @@ import statistics
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 
 from rosproto import Node
 from rosproto.gateway import Access
@@ -30,12 +33,25 @@ WAYS = (
     "killed-drive",
     "killed-task",
     "unwatched-drive",
+    "watchdog-drive",
+    "nothing-drive",
     "cut-drive",
     "cut-task",
     "reset-drive",
     "reset-task",
 )
-CUT_SECONDS = 6.0
+CUT_SECONDS, STILL_SECONDS = 6.0, 5.0
+SERVER = """
+import sys, time
+from rosproto import Node
+from rosproto.gateway import Access
+from woosh_pure.api_server import RobotApiServer
+
+with Node("first", master_uri=sys.argv[1], rosout=False) as node:
+    with RobotApiServer(node, port=0, access=Access(write=["api:*"]), share=True) as server:
+        print(server.port, flush=True)
+        time.sleep(600)
+"""
 PROGRAM = """
 import sys, time
 from woosh_pure import Chassis
@@ -68,30 +84,46 @@ def run(arguments: list[str]) -> None:
                 except AssertionError as problem:
                     print(f"{way}, trial {number + 1}: {problem}", flush=True)
             shown = f"{statistics.median(took):.2f} (longest {max(took):.2f}) s" if took else "-"
-            print(f"{way}, {len(took)} of {args.trials} trials: stands after {shown}", flush=True)
+            what = "moves still" if way == "nothing-drive" else "stands"
+            print(f"{way}, {len(took)} of {args.trials} trials: {what} after {shown}", flush=True)
 
 
 def trial(sim: SimulatedChassis, server: RobotApiServer, way: str) -> float:
     fault, _, what = way.partition("-")
-    with FaultProxy("127.0.0.1", server.port) as proxy:
-        url = f"ws://127.0.0.1:{proxy.port}"
-        watched = "unwatched" if fault == "unwatched" else "watched"
-        process = subprocess.Popen([sys.executable, "-c", PROGRAM, url, watched, what])
-        try:
-            until(lambda: moving(sim), 30.0, "the robot moves")
-            time.sleep(0.5)
-            began = time.monotonic()
-            if fault in ("killed", "unwatched"):
-                process.kill()
-            elif fault == "reset":
-                proxy.reset()
-            else:
-                proxy.stall()
-                while moving(sim) and time.monotonic() - began < CUT_SECONDS:
-                    time.sleep(0.01)
-                proxy.reset()
-            until(lambda: not moving(sim), 60.0, "the robot stands")
-            return time.monotonic() - began
-        finally:
+    with ExitStack() as stack:
+        first = started(stack, SERVER, sim.master_uri) if fault in ("watchdog", "nothing") else None
+        port = server.port if first is None or first.stdout is None else int(first.stdout.readline())
+        proxy = stack.enter_context(FaultProxy("127.0.0.1", port))
+        watched = "unwatched" if fault in ("unwatched", "nothing") else "watched"
+        process = started(stack, PROGRAM, f"ws://127.0.0.1:{proxy.port}", watched, what)
+        until(lambda: moving(sim), 30.0, "the robot moves")
+        time.sleep(0.5)
+        began = time.monotonic()
+        if first is not None:
+            proxy.retarget("127.0.0.1", server.port)
+            first.kill()
+        if first is not None or fault in ("killed", "unwatched"):
             process.kill()
-            process.wait(10)
+        elif fault == "reset":
+            proxy.reset()
+        else:
+            proxy.stall()
+            while moving(sim) and time.monotonic() - began < CUT_SECONDS:
+                time.sleep(0.01)
+            proxy.reset()
+        if fault == "nothing":
+            time.sleep(STILL_SECONDS)
+            assert moving(sim), "the robot stands, although nothing sends zero"
+        else:
+            until(lambda: not moving(sim), 60.0, "the robot stands")
+        return time.monotonic() - began
+
+
+def started(stack: ExitStack, program: str, *words: str) -> subprocess.Popen[str]:
+    """A program that ends with the stack."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", program, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    stack.callback(process.communicate, timeout=10)
+    stack.callback(process.kill)
+    return process
