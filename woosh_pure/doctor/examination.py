@@ -7,6 +7,7 @@ chain if the following checks would only repeat its failure.
 from __future__ import annotations
 
 import ipaddress
+import math
 import socket
 import statistics
 import time
@@ -192,8 +193,8 @@ def _robot_api(api: RobotApi) -> Finding:
         )
     return ok(
         "robot_api",
-        "the Robot API answers in {time:.0f} ms: {model} {software}, map {map} of {scene}, {marks} marks",
-        time=seconds * 1000,
+        "the Robot API answers within {time} ms: {model} {software}, map {map} of {scene}, {marks} marks",
+        time=math.ceil(seconds * 1000),
         model=identity.model,
         software=identity.software,
         map=scene.current_map,
@@ -213,8 +214,8 @@ def _latency(api: RobotApi) -> Finding:
     except RosError as error:
         advice = "another program may use that port; see docs/robot-api.md"
         return bad("latency", "the Robot API does not answer: {error}", advice, error=error)
-    median = statistics.median(times)
-    text = "the Robot API answers within {median:.0f} ms (median of {count})"
+    median = math.ceil(statistics.median(times))
+    text = "the Robot API answers within {median} ms (median of {count})"
     if median <= _SLOW_MS:
         return ok("latency", text, median=median, count=_ASKED)
     advice = "driving by velocity is not advisable: it would be obeyed, and stopped, so much later"
