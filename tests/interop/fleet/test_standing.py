@@ -47,14 +47,15 @@ def test_what_stops_is_finished_when_a_lost_robot_was_heard_to_stand(hall: Any, 
     """The link is cut under way: the stop runs, nothing is claimed meanwhile, and afterwards the robot stands."""
     sim, master = hall
     master.send("order", order_over("one", "n1 n2 n3"))
-    master.until(lambda s: s["driving"])
-    sim.drop_link(6.0)
-    found = master.until(lambda s: "robotLost" in errors(s))
+    until(lambda: moves(sim), 30.0, "the drive")  # `driving` is also said of a robot that is not heard
+    sim.drop_link(300.0)
+    master.until(lambda s: "robotLost" in errors(s))
     master.instant("x", kind)
-    found = master.until(lambda s: "x" in statuses(s))
-    assert statuses(found)["x"] == "RUNNING"
+    found = master.until(lambda s: "x" in statuses(s) and "robotLost" in errors(s))
     assert found["driving"]
     assert not found["agvPosition"]["positionInitialized"]
+    assert {statuses(state)["x"] for state in master.all() if "x" in statuses(state)} == {"RUNNING"}
+    sim.network.restore()
     deadline = time.monotonic() + 60.0
     while True:
         found = master.until(lambda s: True)
@@ -77,6 +78,7 @@ def test_the_speed_of_an_edge_is_set_before_each_drive(hall: Any) -> None:
         other.set_navigation_mode(NavigationMode.PRECISE_AVOIDANCE, max_speed=0.0)
         master.send("order", order_over("two", "n2 n3", edge={"maxSpeed": 0.25}))
         master.until(lambda s: s["orderId"] == "two" and s["driving"])
+        until(lambda: moves(sim), 30.0, "the drive")  # `driving` is also said of a robot that is not heard
         with sim.lock:
             assert sim.world.navigation.max_speed == pytest.approx(0.25)
 
