@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -328,14 +327,23 @@ def test_a_stop_over_the_connection_waits_for_nothing_that_was_asked_before(
 @pytest.mark.parametrize("clients", [1, 63])
 @pytest.mark.parametrize("what", ["tiny invalid messages", "messages of 3000 frames", "pings", "pongs"])
 def test_a_viewer_that_floods_delays_no_stop(sim: SimulatedChassis, what: str, clients: int) -> None:
-    """The robot turns, and stands still as soon as it does with nobody else there; by its odometry."""
-    with Chassis(sim.master_uri) as chassis, PageProcess(sim.master_uri) as server:
+    """The robot turns, and stands still as soon as it does with nobody else there; by its odometry.
+
+    By the robot's own time: on a busy computer the simulator, in this process, may get nothing to compute for
+    seconds, and the stop then waits for a robot that cannot brake.
+    """
+
+    def own_seconds() -> float:
+        with sim.lock:
+            return sim.world.time / sim.speed
+
+    with Chassis(sim.master_uri) as chassis, PageProcess(sim.master_uri, stop_seconds=25.0) as server:
         web = Served(server.port)
         with Crowd(server.port, what, clients, "/api/v1/live"):
             chassis.rotate(60.0, several_turns=True)
             until(lambda: abs(chassis.odometry.wait(timeout=20).velocity.wz) > 0.05, 30.0, "the turning")
-            began = time.monotonic()
+            began = own_seconds()
             answer = web.post("stop")
-            assert time.monotonic() - began < 2.0 * crowd()
-            assert answer.json["stands_still"] is True
-            assert abs(chassis.odometry.wait(timeout=20).velocity.wz) < 0.01
+            assert own_seconds() - began < 2.0 * crowd()
+            assert answer.json["stands_still"] is True, answer
+            until(lambda: abs(chassis.odometry.wait(timeout=20).velocity.wz) < 0.01, what="standing")

@@ -87,12 +87,17 @@ class GatewayProcess(_Child):
 class PageProcess(_Child):
     """The server of `woosh web` for a chassis.
 
+    Args:
+        stop_seconds: How long a stop looks whether the robot stands, where another time than the usual is wanted.
+
     Attributes:
         port: Where it listens.
     """
 
-    def __init__(self, master_uri: str, tls: tuple[str, str] | None = None) -> None:
-        super().__init__(f"serve_page({master_uri!r}, {tls!r})")
+    def __init__(
+        self, master_uri: str, tls: tuple[str, str] | None = None, stop_seconds: float | None = None
+    ) -> None:
+        super().__init__(f"serve_page({master_uri!r}, {tls!r}, {stop_seconds!r})")
         self.port: int = self.line()["port"]
 
     def __enter__(self) -> PageProcess:
@@ -115,11 +120,14 @@ def serve(write: tuple[str, ...], kind: str) -> None:
         sys.stdin.read()
 
 
-def serve_page(master_uri: str, tls: tuple[str, str] | None) -> None:
+def serve_page(master_uri: str, tls: tuple[str, str] | None, stop_seconds: float | None) -> None:
     """The process of the page's server."""
     from woosh_pure import Chassis, web
+    from woosh_pure.web import robot
     from woosh_pure.web.server import WebServer
 
+    if stop_seconds is not None:
+        robot.STOP_SECONDS = stop_seconds
     cert, key = tls or (None, None)
     with (
         Chassis(master_uri) as chassis,
