@@ -6,11 +6,13 @@ import time
 import rospy
 
 rospy.init_node("spinning")
+spun = threading.Event()
 
 
 def work():
     while not rospy.is_shutdown():
         time.sleep(0.02)
+    spun.wait(60)  # two threads that print at their own pace have no order
     time.sleep(0.8)
     print("thread over")
 
@@ -19,3 +21,4 @@ threading.Thread(target=work).start()
 print("ready", flush=True)
 rospy.spin()
 print("spin over", rospy.is_shutdown())
+spun.set()
