@@ -11,6 +11,8 @@ import sys
 import time
 from typing import TextIO
 
+from rosproto.sentence import say
+
 __all__ = [
     "MAX_FILE_BYTES", "read_file", "read_stream", "read_text", "replace_file", "save_file", "write_file",
 ]  # fmt: skip
@@ -29,7 +31,8 @@ def read_file(path: str | os.PathLike[str], limit: int = MAX_FILE_BYTES) -> byte
     with open(path, "rb") as file:
         data = file.read(limit + 1)
     if len(data) > limit:
-        raise ValueError(f"{os.fspath(path)}: more than {limit} bytes; is this the right file?")
+        text = "{path}: more than {limit} bytes; is this the right file?"
+        raise ValueError(say(text, path=os.fspath(path), limit=limit))
     return data
 
 
@@ -52,7 +55,8 @@ def read_stream(stream: TextIO, name: str, limit: int = MAX_FILE_BYTES) -> str:
     """
     text = stream.read(limit + 1)
     if len(text) > limit:
-        raise ValueError(f"{name}: more than {limit} characters; is this the right input?")
+        wrong = "{name}: more than {limit} characters; is this the right input?"
+        raise ValueError(say(wrong, name=name, limit=limit))
     return text
 
 

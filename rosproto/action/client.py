@@ -272,16 +272,15 @@ class ActionClient:
 
     def _complaint(self, servers: list[str]) -> str:
         if servers:
-            parts = [
-                f"{s} sends status, but is not connected to {', '.join(self._missing(s))}" for s in servers
-            ]
-            return "; ".join(parts)
+            text = "{server} sends status, but is not connected to {topics}"
+            return both(*[say(text, server=s, topics=", ".join(self._missing(s))) for s in servers])
         publishers = self._status.publishers
         if publishers:
-            return f"{', '.join(publishers)} publishes {self._status.topic}, but no status message came"
+            text = "{servers} publishes {topic}, but no status message came"
+            return say(text, servers=", ".join(publishers), topic=self._status.topic)
         if self._status.stats():
-            why = self._status.why_silent()
-            return f"{self._status.topic} is published, but its publisher is not connected: {why}"
+            text = "{topic} is published, but its publisher is not connected: {why}"
+            return say(text, topic=self._status.topic, why=say(self._status.why_silent()))
         return advice(
             "nobody publishes {topic}; is the server running, and is the name right?",
             key="not-there",

@@ -12,6 +12,7 @@ from typing import BinaryIO, NamedTuple
 
 from rosproto.bag.remote import is_remote, open_remote
 from rosproto.errors import BagError, RosError
+from rosproto.sentence import say
 
 # -- limits -------------------------------------------------------------------------------------------------
 # Limits on the memory and time for reading a bag.
@@ -156,7 +157,8 @@ class BagFile:
                 # Unbuffered: chunks are read whole, a buffer would only copy them once more.
                 self._file = open(file, "rb", buffering=0)  # noqa: SIM115
             except OSError as problem:
-                raise BagError(f"cannot open the bag: {problem.strerror}", path=self.path) from problem
+                text = say("cannot open the bag: {why}", why=problem.strerror)
+                raise BagError(text, path=self.path) from problem
             self._owned = True
         else:
             name = getattr(file, "name", None)

@@ -26,6 +26,7 @@ from rosproto.bag.records import (
 )
 from rosproto.bag.unindexed_scan import BagIndex, scan
 from rosproto.errors import BagError
+from rosproto.sentence import say
 
 _U32 = Struct("<I")
 _BLOCK = 4 << 20  # read at once; the index sections of most bags are smaller
@@ -69,9 +70,8 @@ def _open_behind(source: BagFile, start: int) -> BagIndex:
             source, start, source.error(f"op {head.op} instead of a file header", start)
         )
     if header.encryptor:
-        raise source.error(
-            f"the bag is encrypted with {header.encryptor}; decrypt it where the key is: rosbag decompress"
-        )
+        text = "the bag is encrypted with {encryptor}; decrypt it where the key is: rosbag decompress"
+        raise source.error(say(text, encryptor=header.encryptor))
     first = head.data_pos + head.data_size
     if first >= source.size:
         return _nothing_follows(source, header, first)
@@ -117,7 +117,8 @@ def _read_version(source: BagFile) -> tuple[str, int]:
     version = re.match(rb"#ROS\w* V(\d+\.\d+)[^\n]*\n?", line)
     if version is None:
         if MAGIC.startswith(line):
-            raise source.error(f"the file ends after {len(line)} bytes, inside the version line")
+            text = "the file ends after {count} bytes, inside the version line"
+            raise source.error(say(text, count=len(line)))
         other = next((f"; {what}" for start, what in _NO_BAGS.items() if line.startswith(start)), "")
         raise source.error(f"not a bag: it starts with {line[:16]!r}, expected {MAGIC[:-1]!r}{other}")
     number = version.group(1).decode()

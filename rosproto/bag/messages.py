@@ -12,6 +12,7 @@ from rosproto.codec import AnyMsg, Message, decoder, define, message_class
 from rosproto.codec.message import MessageMeta
 from rosproto.errors import BagError, DefinitionError
 from rosproto.msg import bundled
+from rosproto.sentence import say
 from rosproto.time import Time
 
 Decode = Callable[[bytes, int, int], Message]
@@ -110,11 +111,13 @@ def message_class_of(connection: Connection) -> type[Message]:
             return stored
     except DefinitionError as error:
         problem = error
-    raise BagError(
-        f"{connection.topic}: the bag has no usable definition of {connection.type} "
-        f"(md5sum {connection.md5sum}), and none is bundled; its messages can be copied and played, not "
-        f"decoded: `rosproto bag filter --exclude {connection.topic} IN OUT` writes a bag without them"
-    ) from problem
+    text = (
+        "{topic}: the bag has no usable definition of {type} (md5sum {md5sum}), and none is bundled; its "
+        "messages can be copied and played, not decoded: `rosproto bag filter --exclude {topic} IN OUT` "
+        "writes a bag without them"
+    )
+    text = say(text, topic=connection.topic, type=connection.type, md5sum=connection.md5sum)
+    raise BagError(text) from problem
 
 
 def publishable_class_of(connection: Connection) -> type[Message]:

@@ -14,6 +14,7 @@ from typing import BinaryIO
 from rosproto.bag.compression import keep_freed_memory
 from rosproto.bag.records import ChunkHeader, ChunkInfo
 from rosproto.errors import BagError
+from rosproto.sentence import say
 from rosproto.worker_pool import WorkerPool, worker_count
 
 LARGE = 1 << 16  # bytes; a piece of at least this size is not copied to join it with others
@@ -46,7 +47,7 @@ class BagOutputFile:
                 self.file: BinaryIO = open(self.path, "r+b" if self.existed else "w+b", buffering=0)  # noqa: SIM115
             except OSError as problem:
                 raise BagError(
-                    f"cannot open the bag for writing: {problem.strerror}", path=self.path
+                    say("cannot open the bag for writing: {why}", why=problem.strerror), path=self.path
                 ) from problem
             self._owned = True
         else:

@@ -20,6 +20,7 @@ from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
 from rosproto.bag.time_order import Batch, ChunkMessages, Load, ReadAhead, merged, overlapping, runs_of
 from rosproto.codec import Message
 from rosproto.errors import BagError
+from rosproto.sentence import say
 from rosproto.time import Time
 
 if TYPE_CHECKING:
@@ -498,13 +499,13 @@ class BagReader:
         if isinstance(problem, Unreachable):
             raise problem
         if not self._skip:
-            raise BagError(
-                f"the chunk at byte {info.pos} cannot be read: {problem}; `rosproto bag fix` saves what can "
-                "be saved, BagReader(..., skip_damaged=True) goes on without it",
-                path=self.path,
-                offset=info.pos,
-            ) from problem
-        note = f"the chunk at byte {info.pos} is damaged and left out: {problem}"
+            text = (
+                "the chunk at byte {at} cannot be read: {error}; `rosproto bag fix` saves what can be saved, "
+                "BagReader(..., skip_damaged=True) goes on without it"
+            )
+            text = say(text, at=info.pos, error=problem)
+            raise BagError(text, path=self.path, offset=info.pos) from problem
+        note = say("the chunk at byte {at} is damaged and left out: {error}", at=info.pos, error=problem)
         if note not in self.damage:
             self.damage.append(note)
 

@@ -22,6 +22,7 @@ from rosproto.bag.remote import is_remote
 from rosproto.bag.unindexed_scan import BagIndex
 from rosproto.bag.writer import BagWriter
 from rosproto.errors import BagError
+from rosproto.sentence import say
 from rosproto.time import Time
 
 Path = str | os.PathLike[str]
@@ -91,11 +92,8 @@ def _whole_chunks(found: BagIndex, path: File) -> list[ChunkInfo]:
 def _refuse(damage: list[str], path: File) -> None:
     """Raise an error if there is damage that an index at the end does not mend."""
     if damage:
-        raise BagError(
-            f"damaged before its end ({'; '.join(damage)}); `rosproto bag fix` "
-            "writes what can be read into a new bag",
-            path=_name(path),
-        )
+        text = "damaged before its end ({why}); `rosproto bag fix` writes what can be read into a new bag"
+        raise BagError(say(text, why="; ".join(damage)), path=_name(path))
 
 
 def _messages_after(
@@ -140,10 +138,8 @@ def _kept_on_failure(path: File, begin: int, end: int) -> Iterator[None]:
             file.write(header)
         why = problem if isinstance(problem, OSError) else problem.__cause__
         if isinstance(why, OSError):
-            raise BagError(
-                f"cannot repair the bag: {why.strerror}; it is left as it was; make room, or repair a copy",
-                path=_name(path),
-            ) from problem
+            text = "cannot repair the bag: {why}; it is left as it was; make room, or repair a copy"
+            raise BagError(say(text, why=why.strerror), path=_name(path)) from problem
         raise
 
 

@@ -20,6 +20,7 @@ from rosproto.codec import Message
 from rosproto.codec.layout import FieldLayout, Layout
 from rosproto.errors import BagError
 from rosproto.extras import optional_module
+from rosproto.sentence import say
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection as Ros2Connection
@@ -131,9 +132,8 @@ class _Store:
         text = "".join([_line(field) for field in layout.fields] + _constants(layout))
         if name in self._known:
             if self._known[name] != text:
-                raise BagError(
-                    f"the bag has two definitions of {layout.spec.name}; a bag of ROS 2 has only one"
-                )
+                wrong = "the bag has two definitions of {type}; a bag of ROS 2 has only one"
+                raise BagError(say(wrong, type=layout.spec.name))
             return name
         self._known[name] = text
         try:

@@ -47,6 +47,7 @@ from rosproto.bag.records import (
 from rosproto.bag.unindexed_scan import BagIndex
 from rosproto.codec import Message, encoder
 from rosproto.errors import BagError
+from rosproto.sentence import say
 from rosproto.time import Time
 
 _pack_tail = Struct("<III").pack  # secs, nsecs, size of the data: the end of a message record's head
@@ -264,7 +265,7 @@ class BagWriter:
         """The connection of a message, made if new."""
         self._check_open()
         if not isinstance(topic, str) or not topic:
-            raise ValueError(f"topic {topic!r}: a name such as /odom is needed")
+            raise ValueError(say("topic {topic!r}: a name such as /odom is needed", topic=topic))
         if header is not None:
             check_header(header)
         if isinstance(message, RawMessage):
@@ -392,12 +393,11 @@ class BagWriter:
         self._forget()
         lost, end = self.message_count - self._chunks.messages, self._chunks.end
         why = (problem.strerror if isinstance(problem, OSError) else None) or problem
-        self._failed = BagError(
-            f"cannot write: {why}; {lost} messages were not in the file yet and are lost, "
-            f"the bag is readable up to byte {end}",
-            path=self.path,
-            offset=end,
+        text = (
+            "cannot write: {why}; {lost} messages were not in the file yet and are lost, the bag is "
+            "readable up to byte {at}"
         )
+        self._failed = BagError(say(text, why=why, lost=lost, at=end), path=self.path, offset=end)
         return self._failed
 
     def _forget(self) -> None:

@@ -92,7 +92,9 @@ def seconds_of(text: str) -> float:
     """Convert 30, 30s, 5m or 2h to seconds."""
     found = re.fullmatch(r"([0-9]{1,9}(?:\.[0-9]{0,9})?)([smh]?)", text)
     if found is None or not float(found[1]) > 0:
-        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a duration: write 30, 5m or 2h")
+        raise argparse.ArgumentTypeError(
+            say("{text!r} is not a duration: write 30, 5m or 2h", text=text[:40])
+        )
     return float(found[1]) * {"": 1, "s": 1, "m": 60, "h": 3600}[found[2]]
 
 

@@ -273,10 +273,11 @@ def require_open_files(clients: int) -> None:
     allow_open_files(max(4096, files))
     allowed = open_file_limit()
     if clients > MAX_CLIENTS and allowed is not None and allowed < files:
-        raise CommandError(
-            f"--max-clients {clients} needs {files} open files, and the system allows {allowed}: "
-            f"allow more with `ulimit -n {files}`, or give a smaller number"
+        text = (
+            "--max-clients {clients} needs {files} open files, and the system allows {allowed}: "
+            "allow more with `ulimit -n {files}`, or give a smaller number"
         )
+        raise CommandError(say(text, clients=clients, files=files, allowed=allowed))
 
 
 def add_server_options(parser: argparse.ArgumentParser) -> None:

@@ -29,6 +29,7 @@ from rosproto.node.services.client import ServiceClient
 from rosproto.node.services.server import ServiceServer
 from rosproto.node.stats import ConnectedLink, NodeStats
 from rosproto.protocol.wire_limits import Limits
+from rosproto.sentence import say
 from rosproto.transport.deadline import Deadline, wait_event
 from rosproto.transport.os_errors import system_errors
 from rosproto.transport.shared_threads import hold_shared_threads
@@ -234,9 +235,10 @@ class Node:
         options.callback_or_none(header, f"header of {topic}")
         type_ = resolve_type(type, self.definitions)
         if type is None or type == ANY:
-            raise LocalProtocolError(
-                f"{topic}: a publisher needs a specific type; give the class or name of the type it publishes"
+            text = (
+                "{topic}: a publisher needs a specific type; give the class or name of the type it publishes"
             )
+            raise LocalProtocolError(say(text, topic=topic))
         return self._parts.topics.open_publisher(
             self.resolve_name(topic),
             type_,

@@ -93,7 +93,8 @@ def queue_length(size: int) -> int:
         ValueError: It is not an integer of at least 1.
     """
     if not isinstance(size, int) or isinstance(size, bool) or size < 1:
-        raise ValueError(f"queue_size must be a number of messages, at least 1, not {size!r}")
+        text = "queue_size must be a number of messages, at least 1, not {value!r}"
+        raise ValueError(say(text, value=size))
     return size
 
 

@@ -17,6 +17,7 @@ from rosproto.bag import RawMessage, create_bag
 from rosproto.bag.opening import is_mcap_name
 from rosproto.errors import BagError
 from rosproto.files import replace_file
+from rosproto.sentence import say
 from rosproto.time import Time
 
 ACTIVE = ".active"
@@ -142,10 +143,9 @@ class BagSeries:
             replace_file(self.active_path, self.path)
             size = os.path.getsize(self.path)
         except OSError as problem:
-            raise BagError(
-                f"the finished bag cannot be renamed to {self.path}: {problem.strerror}",
-                path=self.active_path,
-            ) from problem
+            text = "the finished bag cannot be renamed to {path}: {why}"
+            text = say(text, path=self.path, why=problem.strerror)
+            raise BagError(text, path=self.active_path) from problem
         self._finished_bytes += size
         self.paths.append(self.path)
 

@@ -13,6 +13,7 @@ from rosproto.errors import CodecError, DefinitionError, LocalProtocolError, Rem
 from rosproto.msg import bundled
 from rosproto.node.definitions.known_definitions import KnownDefinitions
 from rosproto.node.definitions.topic_type import ANY, WILDCARD, TopicType
+from rosproto.sentence import say
 
 TypeGiven = type[Message] | str | None
 """A message class, "package/Type", or None: take the publisher's own definition."""
@@ -34,10 +35,8 @@ def resolve_type(given: object, definitions: KnownDefinitions | None = None) -> 
         return TopicType(message_class(given, definitions.library_for(given) if definitions else None))
     if isinstance(given, type) and hasattr(given, "_md5sum") and hasattr(given, "_type"):
         return TopicType(given)
-    raise TypeError(
-        f'a topic type is a message class, a "package/Type" string or None,'
-        f" not {type(given).__name__} {given!r}"
-    )
+    text = 'a topic type is a message class, a "package/Type" string or None, not {kind} {given!r}'
+    raise TypeError(say(text, kind=type(given).__name__, given=given))
 
 
 def resolve_service_type(
@@ -53,9 +52,8 @@ def resolve_service_type(
         return service_class(type_, definitions.library_for(type_, "srv") if definitions else None)
     if type_ is not None and hasattr(type_, "_request_class") and hasattr(type_, "_md5sum"):
         return type_
-    raise LocalProtocolError(
-        f'service {service}: {type_!r} is not a service type; give a class or "std_srvs/SetBool"'
-    )
+    text = 'service {name}: {given!r} is not a service type; give a class or "std_srvs/SetBool"'
+    raise LocalProtocolError(say(text, name=service, given=type_))
 
 
 def bundled_text(name: str, md5sum: str) -> str:
@@ -84,12 +82,13 @@ def learn_type(name: str, md5sum: str, definition: str, *, topic: str, peer: str
     try:
         learned = TopicType(define(name, definition))
     except (DefinitionError, CodecError, ValueError) as error:
-        raise RemoteProtocolError(
-            f"{topic}: {peer} sent a definition of {name} that cannot be used: {error}"
-        ) from error
+        text = "{topic}: {peer} sent a definition of {type} that cannot be used: {error}"
+        raise RemoteProtocolError(say(text, topic=topic, peer=peer, type=name, error=error)) from error
     if learned.md5sum != md5sum:
-        raise RemoteProtocolError(
-            f"{topic}: {peer} announces {name} with md5sum {md5sum}, but the definition it sent has"
-            f" {learned.md5sum}: its messages are rejected, because they could be decoded wrongly"
+        text = (
+            "{topic}: {peer} announces {type} with md5sum {md5sum}, but the definition it sent has "
+            "{other}: its messages are rejected, because they could be decoded wrongly"
         )
+        text = say(text, topic=topic, peer=peer, type=name, md5sum=md5sum, other=learned.md5sum)
+        raise RemoteProtocolError(text)
     return learned

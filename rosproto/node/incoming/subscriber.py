@@ -11,6 +11,7 @@ from rosproto.node.context import Context
 from rosproto.node.incoming.subscriber_queue import SubscriberQueue
 from rosproto.node.incoming.subscription import Subscription
 from rosproto.node.stats import LinkStats
+from rosproto.sentence import say
 
 
 class Subscriber:
@@ -66,7 +67,7 @@ class Subscriber:
         if item is not None:
             return item
         if self._inbox.closed:
-            raise ConnectionLost(f"{self.topic}: this subscriber is closed")
+            raise ConnectionLost(say("{topic}: this subscriber is closed", topic=self.topic))
         raise RosTimeout(
             f"{self.topic}: no message within {timeout:g} s; {self._subscription.why_silent()}"
             f" (master {self._context.master.uri})",
@@ -85,9 +86,8 @@ class Subscriber:
 
     def _check_no_callback(self) -> None:
         if self._queue.runner is not None:
-            raise LocalProtocolError(
-                f"{self.topic}: this subscriber has a callback, which gets every message"
-            )
+            text = "{topic}: this subscriber has a callback, which gets every message"
+            raise LocalProtocolError(say(text, topic=self.topic))
 
     @property
     def latest(self) -> Any:

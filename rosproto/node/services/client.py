@@ -207,12 +207,11 @@ class ServiceClient:
         if request is None:
             return self._request_class(**fields)
         if fields:
-            raise TypeError(f"service {self.name}: give a request or its fields, not both")
+            raise TypeError(say("service {name}: give a request or its fields, not both", name=self.name))
         if getattr(request, "_type", None) != self._request_class._type:
             given = getattr(request, "_type", type(request).__name__)
-            raise TypeError(
-                f"service {self.name}: the request is a {given}, expected {self._request_class._type}"
-            )
+            text = "service {name}: the request is a {given}, expected {expected}"
+            raise TypeError(say(text, name=self.name, given=given, expected=self._request_class._type))
         message: Message = request
         return message
 
@@ -376,7 +375,7 @@ class ServiceClient:
                 self._open.add(link)
                 return
         link.close()
-        raise ConnectionLost(f"service {self.name}: this client was closed", peer=link.peer)
+        raise ConnectionLost(say("service {name}: this client was closed", name=self.name), peer=link.peer)
 
     def _drop(self, link: ServiceLink) -> None:
         with self._lock:

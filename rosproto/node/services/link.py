@@ -21,6 +21,7 @@ from rosproto.node.definitions.md5sum_mismatch import ServiceRevision
 from rosproto.protocol.framing import FrameDecoder, frame
 from rosproto.protocol.handshake import HandshakeRefused
 from rosproto.protocol.wire_limits import Limits
+from rosproto.sentence import say
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.robot_host_names import HostNames
 from rosproto.transport.tcp import connect, interrupt, read_header, set_linger, write_header
@@ -157,25 +158,22 @@ class ServiceLink:
                 break
             self._sock.settimeout(deadline.for_socket())
         if answers.buffered:
-            raise RemoteProtocolError(
-                f"service {self._service}: {self.peer} sent {answers.buffered} bytes after its answer"
-            )
+            text = "service {name}: {peer} sent {count} bytes after its answer"
+            raise RemoteProtocolError(say(text, name=self._service, peer=self.peer, count=answers.buffered))
         return ok != b"\0", body
 
     def _late(self) -> RosTimeout:
-        return RosTimeout(
-            f"service {self._service}: {self.peer} did not answer in time;"
-            " the request may still be carried out",
-            what=f"answer of service {self._service}",
-        )
+        text = "service {name}: {peer} did not answer in time; the request may still be carried out"
+        what = f"answer of service {self._service}"
+        return RosTimeout(say(text, name=self._service, peer=self.peer), what=what)
 
     def _lost(self, cause: OSError | None) -> ConnectionLost:
         why = f" ({cause})" if cause is not None and str(cause) else ""
-        return ConnectionLost(
-            f"service {self._service}: {self.peer} closed the connection before it answered{why}; the request"
-            " may or may not have been carried out",
-            peer=self.peer,
+        text = (
+            "service {name}: {peer} closed the connection before it answered{why}; the request may "
+            "or may not have been carried out"
         )
+        return ConnectionLost(say(text, name=self._service, peer=self.peer, why=why), peer=self.peer)
 
     def close(self) -> None:
         """End the connection; a call waiting in another thread gets ConnectionLost at once."""

@@ -12,7 +12,7 @@ from rosproto.errors import ConnectionLost, MasterError, RosError, RosTimeout, S
 from rosproto.node.graph.master_client import CallerIdentity
 from rosproto.node.services.link import ServiceLink
 from rosproto.protocol.handshake import HandshakeRefused, service_client_header
-from rosproto.sentence import advice
+from rosproto.sentence import advice, say
 from rosproto.transport.backoff import Backoff
 from rosproto.transport.deadline import Deadline
 from rosproto.transport.uri import parse_uri
@@ -110,11 +110,10 @@ def wait(
                 reason = error
         remaining = deadline.remaining()
         if remaining == 0:
-            raise RosTimeout(
-                f"service {service} did not appear within {timeout} s: {reason}",
-                what=f"service {service}",
-                seconds=timeout,
-            ) from reason
+            text = "service {name} did not appear within {timeout} s: {why}"
+            text = say(text, name=service, timeout=timeout, why=reason)
+            raise RosTimeout(text, what=f"service {service}", seconds=timeout) from reason
         delay = pause.next()
         if stop.wait(delay if remaining is None else min(delay, remaining)):
-            raise ConnectionLost(f"service {service}: closed while waiting for it", peer=caller.master.uri)
+            text = say("service {name}: closed while waiting for it", name=service)
+            raise ConnectionLost(text, peer=caller.master.uri)
