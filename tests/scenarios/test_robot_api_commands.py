@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -113,6 +114,28 @@ def test_a_velocity_is_obeyed_until_a_zero(world: World, client: ApiClient) -> N
     assert client.ask(TWIST, {}) == {}
     stands(world.sim)
     assert world.server._gateway.velocity_watchdog.zeros == before
+
+
+def test_of_two_clients_that_begin_at_the_same_instant_one_drives(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    both = threading.Barrier(2)
+    monkeypatch.setattr(commands, "other_drivers", lambda node: [both.wait(10.0)][:0])
+    answers: list[dict[str, Any]] = []
+
+    def begin() -> None:
+        with ApiClient(world.server.url) as client:
+            answers.append(client.answer({"type": TWIST, "body": {"linear": 0.1}}))
+            everybody.wait(10.0)  # a client that goes does not drive any more
+
+    everybody = threading.Barrier(2)
+    threads = [threading.Thread(target=begin) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(20.0)
+    assert sorted(answer["ok"] for answer in answers) == [False, True]
+    assert "another client drives the robot" in "".join(answer["msg"] for answer in answers)
 
 
 WAYS: dict[str, Callable[[ApiDriver, FaultProxy], object]] = {

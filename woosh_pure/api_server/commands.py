@@ -122,6 +122,8 @@ class Commands:
                 if moving and time.monotonic() - received > LATE_SECONDS:
                     raise Refused("the velocity waited for too long, so it is not obeyed any more")
                 if output is self._output:
+                    if moving:
+                        self._require_alone(client)  # another one may have begun since it was asked
                     output.publish(message, received, client)
                     self._sent = time.monotonic()
                     if moving:
