@@ -59,7 +59,8 @@ class ApiBridge:
         self._link = ApiLink(address, topics, self._received, self._refused, hosts)
         self._known = Publishing(self._publisher)
         self._requests = ApiRequests(address, hosts)
-        self._handlers = ApiHandlers(self._link, self._requests, self._known)
+        self._closed = threading.Event()
+        self._handlers = ApiHandlers(self._link, self._requests, self._known, self._closed)
         self._graph = ServedGraph(self._handlers, self._new_node)
         self._port = port
         self._master: rosproto.Master | None = None
@@ -67,7 +68,6 @@ class ApiBridge:
         self._asked = 0
         self._good = True
         self._scanning = False
-        self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="woosh:robot api bridge", daemon=True)
 
     def start(self, timeout: float = 5.0) -> ApiBridge:

@@ -6,6 +6,7 @@ What the robot refuses is refused with its words. Nothing is sent again by itsel
 from __future__ import annotations
 
 import queue
+import threading
 import time
 from collections.abc import Callable
 from functools import partial
@@ -38,10 +39,12 @@ _log = get_logger("woosh_pure.api_bridge")
 
 
 class ApiHandlers:
-    """The `Handlers` of a bridge."""
+    """The `Handlers` of a bridge, until `closed` is set."""
 
-    def __init__(self, link: ApiLink, requests: ApiRequests, publishing: Publishing) -> None:
-        self._link, self._requests, self._known = link, requests, publishing
+    def __init__(
+        self, link: ApiLink, requests: ApiRequests, publishing: Publishing, closed: threading.Event
+    ) -> None:
+        self._link, self._requests, self._known, self._closed = link, requests, publishing, closed
         self._lost_tasks: set[int] = set()  # sent, and not answered
         self._feedback: dict[str, queue.SimpleQueue[Values]] = {}
         rows = {command.row: interface_row(command.row) for command in COMMANDS}
@@ -92,7 +95,7 @@ class ApiHandlers:
                 # Perhaps it was accepted: `task_seen` cancels it. A reply now would say that it was not.
                 self._lost_tasks.add(task_id)
                 self.task_seen()  # it may have come before
-                time.sleep(max(0.0, began + UNKNOWN_SECONDS - time.monotonic()))
+                self._closed.wait(max(0.0, began + UNKNOWN_SECONDS - time.monotonic()))
             raise
 
     def _ask(self, row: str, message: DynamicMessage, timeout: float = ANSWER_SECONDS) -> str:

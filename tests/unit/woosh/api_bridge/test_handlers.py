@@ -34,7 +34,8 @@ class Robot:
         self.known = Publishing(lambda row: None)
         self.by_http: dict[str, Any] = {}
         requests: Any = SimpleNamespace(ask=lambda request, **_: self.by_http[request])
-        self.handlers = ApiHandlers(cast(ApiLink, self), requests, self.known)
+        self.closed = threading.Event()
+        self.handlers = ApiHandlers(cast(ApiLink, self), requests, self.known, self.closed)
 
     def ask(self, request: str, body: object, timeout: float) -> Any:
         return self.during()
@@ -91,6 +92,18 @@ def test_a_task_that_is_sent_again_with_its_number_is_not_cancelled(robot: Robot
     assert robot.execute(9)["success"]
     robot.task(9)
     assert robot.posted == []
+
+
+def test_a_task_without_an_answer_is_given_up_when_the_bridge_closes(
+    robot: Robot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "UNKNOWN_SECONDS", 60.0)
+    worker = threading.Thread(target=lose, args=(robot, 9), kwargs={"seen": True}, daemon=True)
+    worker.start()
+    until(lambda: robot.posted)
+    robot.closed.set()
+    worker.join(5.0)
+    assert not worker.is_alive()
 
 
 def test_a_map_is_fetched_beside_the_link(robot: Robot) -> None:
