@@ -116,6 +116,30 @@ def test_a_velocity_is_obeyed_until_a_zero(world: World, client: ApiClient) -> N
     assert world.server._gateway.velocity_watchdog.zeros == before
 
 
+@pytest.mark.promise("never refused")
+def test_a_zero_does_not_wait_for_the_scans_that_its_client_subscribes(
+    world: World, client: ApiClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are subscribed at the master, which may be slow."""
+    shared = world.server._gateway.shared_subscriptions
+    asked, go_on, real = threading.Event(), threading.Event(), shared.open
+
+    def slow(*args: Any) -> Any:
+        asked.set()
+        go_on.wait(30.0)
+        return real(*args)
+
+    monkeypatch.setattr(shared, "open", slow)
+    try:
+        client.subscribe(ROBOT + "ScannerData")
+        assert asked.wait(10.0)
+        assert client.answer({"type": TWIST}, 5.0)["ok"]
+    finally:
+        go_on.set()
+    assert client.next_push(ROBOT + "ScannerData")["ranges"]
+    client.subscribe(ROBOT + "ScannerData", sub=False)
+
+
 def test_of_two_clients_that_begin_at_the_same_instant_one_drives(
     world: World, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,10 +11,11 @@ import json
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping
 from contextlib import closing
 from typing import TYPE_CHECKING
 
+from rosproto.errors import RosError
 from rosproto.gateway import Access, GatewayLimits, GatewayState, MessageEvent, Refused, SharedSubscription
 from rosproto.logs import get_logger
 from rosproto.node import Node
@@ -305,12 +306,8 @@ class ApiState(GatewayState):
 
     # -- clients --------------------------------------------------------------------------------------------
 
-    def subscribe(self, session: ApiSession, topics: Iterable[str], *, sub: bool) -> None:
-        """Begin or end pushes to a client; first the present values are pushed. May wait for the master.
-
-        Raises:
-            RosError: The topic of the scans cannot be subscribed.
-        """
+    def subscribe(self, session: ApiSession, topics: Collection[str], *, sub: bool) -> None:
+        """Begin or end pushes to a client; first the present values are pushed. Waits for no master."""
         facts = self._facts()
         with self._news:
             sub = sub and not session.channel.gone
@@ -325,12 +322,20 @@ class ApiState(GatewayState):
             self._wanted = frozenset().union(*(one.topics for one in self._sessions))
             for type_name in new:
                 session.push(type_name, self._present(type_name, facts))
-        with self._scanning:  # their topic is subscribed while a client wants them
-            if SCANNER in self._wanted and self._scan is None:
-                self._scan = self.shared_subscriptions.open(SCAN, self)
-            elif SCANNER not in self._wanted and self._scan is not None:
-                scan, self._scan = self._scan, None
-                scan.close()
+        if SCANNER in topics:
+            self.pool.spawn(self._follow_scans)
+
+    def _follow_scans(self) -> None:
+        """Subscribe to the scans while a client wants them. The master may be slow."""
+        try:
+            with self._scanning:
+                if SCANNER in self._wanted and self._scan is None:
+                    self._scan = self.shared_subscriptions.open(SCAN, self)
+                elif SCANNER not in self._wanted and self._scan is not None:
+                    scan, self._scan = self._scan, None
+                    scan.close()
+        except RosError as problem:
+            self._warn(SCAN, str(problem))
 
     def _push_changes(self) -> None:
         due: dict[str, float] = {}
