@@ -259,8 +259,12 @@ NOT_KNOWN = (
 )
 
 
+MAX_FAULTS = 1000
+"""No robot has so many at once (the vendor's table has 405): more are made up, by number."""
+
+
 class ActiveFaults:
-    """The set of currently active faults, kept from the codes as they come.
+    """The set of currently active faults, kept from the codes as they come; at most `MAX_FAULTS`.
 
     Several nodes publish on /status_code; each code stands for its submodule, so merging them is safe.
     Not thread-safe: the owner holds a lock.
@@ -276,8 +280,10 @@ class ActiveFaults:
         if decoded.known and decoded.level is FaultLevel.NORMAL:
             self._clear(decoded.source)
         elif decoded.is_fault:
-            self._active[code] = decoded, links
             self._before.pop(code, None)
+            self._active[code] = decoded, links
+            if len(self._active) + len(self._before) > MAX_FAULTS:
+                self._forget_one()
         return decoded
 
     def _clear(self, source: tuple[int, int, int, int]) -> None:
@@ -286,6 +292,11 @@ class ActiveFaults:
         depth = 4 if source[3] else 3
         self._active = {c: f for c, f in self._active.items() if f[0].source[:depth] != source[:depth]}
         self._before = {c: f for c, f in self._before.items() if f.source[:depth] != source[:depth]}
+
+    def _forget_one(self) -> None:
+        """Remove the oldest of the least severe faults, first of those that may be over."""
+        known = self._before or {code: fault for code, (fault, _) in self._active.items()}
+        (self._before or self._active).pop(min(known, key=lambda code: known[code].level))
 
     def keep_links(self, up: frozenset[object]) -> None:
         """Keep only the faults received over a link in `up` as active.

@@ -15,6 +15,7 @@ from collections.abc import Callable, Collection, Hashable, Mapping
 from contextlib import closing
 from typing import TYPE_CHECKING
 
+from rosproto.bounded_cache import BoundedCache
 from rosproto.errors import RosError
 from rosproto.gateway import Access, GatewayLimits, GatewayState, MessageEvent, Refused, SharedSubscription
 from rosproto.logs import get_logger
@@ -54,7 +55,7 @@ START_SECONDS = 1.5  # that the start waits for each topic's first message: a fi
 SCAN_SECONDS = 2.0  # that a request waits for a scan
 PLAN_SECONDS = 5.0
 MAX_LINEAR, MAX_ANGULAR = 1.0, 1.0  # m/s, rad/s, where the chassis tells no limits
-KEPT = 50  # events and tasks
+KEPT, MAX_SOURCES = 50, 1000  # events and tasks; parts of the robot whose last code is known
 PERIODS = {ROBOT + "PoseSpeed": 0.1, SCANNER: 0.2}
 """Seconds between two pushes of a type; the others are pushed with each change."""
 CHANGED_BY = {row: {pair.type_name for pair in PAIRS if pair.row == row} for row in TYPES}
@@ -109,7 +110,7 @@ class ApiState(GatewayState):
         self._news = threading.Condition()
         self._latest: dict[str, MessageEvent] = {}  # by row
         self._faults = ActiveFaults()
-        self._last_codes: dict[object, int] = {}
+        self._last_codes: BoundedCache[object, int] = BoundedCache(MAX_SOURCES)
         self._events: deque[Values] = deque(maxlen=KEPT)
         self._active: dict[int, Values] = {}
         self._tasks: deque[Values] = deque(maxlen=KEPT)
@@ -168,7 +169,7 @@ class ApiState(GatewayState):
         repeated = self._last_codes.get(code.source) == code.code
         if repeated and (not code.is_fault or code.code in self._active):
             return
-        self._last_codes[code.source] = code.code
+        self._last_codes.put(code.source, code.code)
         task, state = self.known(ROBOT + "TaskProc"), self.known(ROBOT + "RobotState") or {}
         event = {**part, "time": time.time_ns() // 1_000_000, **state}
         if task is not None and TaskState(task["state"]).is_under_way:

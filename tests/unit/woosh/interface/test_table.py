@@ -28,7 +28,7 @@ from woosh_pure.enums import (
     TaskType,
     WorkMode,
 )
-from woosh_pure.faults import ActiveFaults, FaultLevel, all_codes, decode_status_code
+from woosh_pure.faults import MAX_FAULTS, ActiveFaults, FaultLevel, all_codes, decode_status_code
 from woosh_pure.geometry import Footprint, Pose2D, normalize_angle, quaternion_from_yaw, yaw_from_quaternion
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.sim.site import built_in_site
@@ -171,6 +171,17 @@ def test_a_recovered_submodule_clears_its_own_faults_only():
     assert [f.code for f in faults.active] == [110201000013, 110201000023, 130103000012]
     faults.receive(110201000000)
     assert [f.code for f in faults.active] == [130103000012]
+
+
+def test_a_robot_that_makes_up_codes_without_end_fills_no_memory_and_hides_no_severe_fault():
+    faults = ActiveFaults()
+    severe = faults.receive(120201000013)
+    assert severe.level is FaultLevel.SEVERE
+    for number in range(2 * MAX_FAULTS):
+        faults.receive(130000000002 + 10 * number)
+    assert len(faults.active) == MAX_FAULTS
+    assert faults.active[0] is severe
+    assert faults.active[-1].code == 130000000002 + 10 * (2 * MAX_FAULTS - 1)
 
 
 def test_submodule_00_clears_its_whole_module_and_notices_are_no_faults():
