@@ -40,8 +40,9 @@ def test_a_request_on_its_way_arrives_when_the_link_is_restored_or_closed(end: A
 
 def test_a_cancel_on_its_way_arrives_when_the_link_is_restored() -> None:
     network = Network()
-    goal: Any = object.__new__(RobotGoal)
-    goal._network, goal._goal, goal._cancel_arrives = network, SimpleNamespace(cancel_requested=True), None
+    firmware: Any = SimpleNamespace(message_class=str, convert=lambda message, _: message)
+    sent: Any = SimpleNamespace(goal=None, cancel_requested=True)
+    goal = RobotGoal(firmware, network, "woosh_msgs/StepControl", sent)
     network.drop(300.0)
     assert not goal.cancel_arrived()
     network.restore()
