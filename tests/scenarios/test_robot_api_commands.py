@@ -116,7 +116,7 @@ def test_a_velocity_is_obeyed_until_a_zero(world: World, client: ApiClient) -> N
     assert world.server._gateway.velocity_watchdog.zeros == before
 
 
-@pytest.mark.promise("Zeros and cancels are never refused")
+@pytest.mark.promise("a client of the Robot API drives while the robot is not idle")
 def test_a_zero_does_not_wait_for_the_scans_that_its_client_subscribes(
     world: World, client: ApiClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
