@@ -65,7 +65,7 @@ async def main() -> None:
             lambda event: say(event="complaint", kind=str(event.error_type), text=str(event.error))
         )
 
-        async def until(what: str, accept, seconds: float = 20.0) -> None:
+        async def until(what: str, accept, seconds: float = 100.0) -> None:
             for _ in range(int(seconds / 0.05)):
                 state = seen.get("state")
                 if state is not None and accept(state):
@@ -99,7 +99,7 @@ async def main() -> None:
         await master.dispatch(order("no-lift", upstairs), target=VEHICLE)
         await until("the rejection", lambda s: "orderError" in s["errors"])
         await master.dispatch(order("up", upstairs, "lift"), target=VEHICLE, require_maps=True)
-        await until("upstairs", lambda s: s["order"] == "up" and s["last"] == "up1" and not s["ahead"], 40.0)
+        await until("upstairs", lambda s: s["order"] == "up" and s["last"] == "up1" and not s["ahead"])
         say(event="done")
 
 

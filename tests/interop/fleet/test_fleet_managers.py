@@ -16,8 +16,11 @@ from woosh_pure.maps import GridMap
 
 needs("fleet")
 
-pytestmark = [pytest.mark.interop, pytest.mark.slow]
+pytestmark = [pytest.mark.interop, pytest.mark.slow, pytest.mark.timeout(300)]
 HERE = Path(__file__).resolve().parent
+LIMIT = 240.0
+"""Seconds for a manager, which needs 20: no promise of time, and the simulated robot drives as slowly as the computer
+computes."""
 BEEP = ("--action", "beep=!echo beep")
 FULL = (
     "--charger", "C1", "--undock=-0.5", "--trigger", "button=!true", "--zone-set", "zones-1", "--footprint",
@@ -29,7 +32,7 @@ FULL = (
 def test_the_master_controller_of_vda_5050_lib_drives_it(tmp_path: Path) -> None:
     """Version 2.0: an order with a horizon, its update on the way, actions, a cancel, a second one, a far order."""
     with mosquitto(tmp_path) as broker, vehicle(broker.url, tmp_path, "--version", "2.0.0", *BEEP, *FULL):
-        said = javascript(HERE / "master.js", BROKER=broker.url).run(90.0)
+        said = javascript(HERE / "master.js", BROKER=broker.url).run(LIMIT)
     orders = {(each["orderId"], each["update"]): each for each in said if each["event"] == "order"}
     assert orders["one", 1]["error"] is None
     assert orders["one", 1]["last"] == "n3"
@@ -46,7 +49,7 @@ def test_the_master_controller_of_vda_5050_lib_drives_it(tmp_path: Path) -> None
 def test_the_master_client_of_vda5050_sdk_drives_it(tmp_path: Path) -> None:
     """Version 2.1, every message by its schemas: an order with actions, a pause, a cancel, a second one."""
     with mosquitto(tmp_path) as broker, vehicle(broker.url, tmp_path, *BEEP, *FULL, "--maps"):
-        said = python(HERE / "manager.py", BROKER=broker.url).run(90.0)
+        said = python(HERE / "manager.py", BROKER=broker.url).run(LIMIT)
     assert said[-1] == {"event": "done"}
     assert [each for each in said if each["event"] == "complaint"] == []
     assert {"event": "connection", "state": "ONLINE"} in said
@@ -67,7 +70,7 @@ def test_the_master_client_of_vda5050_sdk_brings_a_map_and_sends_it_there(tmp_pa
         vehicle(broker.url, tmp_path, "--maps"),
     ):
         given = {"BROKER": broker.url, "LINK": f"{address}/good.zip", "ARCHIVE": str(archive)}
-        said = python(HERE / "map_manager.py", **given).run(90.0)
+        said = python(HERE / "map_manager.py", **given).run(LIMIT)
     assert said[-1] == {"event": "done"}
     assert [each for each in said if each["event"] == "complaint"] == []
     assert [each["text"] for each in said if each["event"] == "held back"] == [
