@@ -85,6 +85,7 @@ def test_nobody_there_is_told_with_address_and_advice() -> None:
         pass
 
 
+@pytest.mark.slow
 def test_a_robot_that_does_not_answer_is_told(robot: ScriptedRobot) -> None:
     robot.silent.set()
     with pytest.raises(RosError, match="RobotInfo"), Chassis(robot.url):
@@ -272,6 +273,7 @@ def test_stop_everything_cancels_a_strangers_task_and_goals(robot: ScriptedRobot
         assert {"order": 4} in robot.of("ActionOrder")
 
 
+@pytest.mark.slow
 def test_a_task_whose_request_was_not_answered_is_cancelled_when_it_shows(
     robot: ScriptedRobot, chassis: Chassis
 ) -> None:

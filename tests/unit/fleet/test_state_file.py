@@ -118,6 +118,7 @@ def test_what_is_the_same_is_not_written_again(tmp_path: Path) -> None:
     assert not store.path.exists()
 
 
+@pytest.mark.slow
 def test_a_file_that_was_cut_at_any_byte_has_the_state_of_one_of_its_lines_or_is_put_aside(
     tmp_path: Path,
 ) -> None:

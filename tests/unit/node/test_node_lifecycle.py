@@ -258,6 +258,7 @@ def open_files() -> int:
 
 @pytest.mark.whole
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts open files in /proc")
+@pytest.mark.slow
 def test_cycles_leave_no_threads_and_no_sockets() -> None:
     """Subscribing and unsubscribing, opening and closing nodes."""
 
