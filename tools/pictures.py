@@ -3,7 +3,8 @@
 `python -m tools.pictures` takes all of them, `python -m tools.pictures web-phone qt` those named. watch.png
 is what `woosh watch` shows in a terminal, map.png is written by `woosh map save`, qt.png is the window of
 examples/embedding/qt_window.py, and the others are the page of `woosh web` in a browser. Needs a Unix
-terminal, Chromium, a font with Chinese characters, and `pip install ".[web]" playwright PySide6-Essentials`.
+terminal, Chromium, a font with Chinese characters, and
+`pip install ".[web]" playwright "PySide6-Essentials!=6.12.0"`.
 """
 
 from __future__ import annotations

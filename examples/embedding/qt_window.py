@@ -1,4 +1,7 @@
-"""A Qt window for a robot: map, buttons, STOP, and a lost connection (`pip install PySide6-Essentials`).
+"""A Qt window for a robot: map, buttons, STOP, and a lost connection.
+
+`pip install "PySide6-Essentials!=6.12.0"`: each signal of 6.12.0 takes a reference to True away, and after
+some hundreds Python 3.10 and 3.11 end ("deallocating True or False").
 
     python examples/embedding/qt_window.py --stay                    # a simulated robot
     python examples/embedding/qt_window.py --stay 169.254.128.2
