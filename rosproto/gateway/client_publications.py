@@ -167,16 +167,23 @@ class ClientPublications:
         insist_type(self._node, topic, kind._type)
         velocity = is_velocity(kind)
         early = None if velocity or latch else _EarlyMessages()
+        opened: list[Publisher] = []
+
+        def connected(caller_id: str) -> None:
+            for publisher in opened:  # before, nothing was published by it
+                self.velocity_watchdog.connected(publisher, caller_id)
+
         publisher = self._node.publisher(
             topic,
             kind,
             latch=latch,
             queue_size=LATE_VELOCITIES if velocity else max(1, queue_size),
             linger=not velocity,
-            on_connect=None if early is None else early.connected,
+            on_connect=connected if velocity else None if early is None else early.connected,
         )
         if early is not None:
             early.publisher = publisher
+        opened.append(publisher)
         with self._lock:
             closed = self._closed
             if not closed:

@@ -7,7 +7,8 @@ robots react differently, and some drive on. Such a velocity does not keep a dri
 Most robots keep driving at the last velocity. If the last velocity of a client was not zero and the client
 leaves, or sends nothing for half a second, zero is published on that topic several times, unless another
 client drives there. A velocity that waited in the gateway (its topic was being opened) while a zero of
-another client came is not published after that zero.
+another client came is not published after that zero. A zero reaches a robot that connects to the topic
+only after it, too: the topic may have been opened for it.
 
 This protects against closed pages and lost networks. It is not an emergency stop. If this process is killed,
 the watchdog process (`rosproto.watchdog`), if there is one, sends the zeros.
@@ -66,6 +67,7 @@ HEADER = "std_msgs/Header"
 
 SILENCE = 0.5  # seconds
 OVER = 0.5  # seconds from the first zero to the last
+MISSED_SECONDS = 5.0  # for which a zero is sent to subscribers that connect after it
 MAX_ZEROS = 256  # topics whose newest zero is remembered
 FASTEST = 1000.0  # m/s, rad/s: no robot drives faster, so a larger number is a mistake of the client
 
@@ -298,6 +300,14 @@ class VelocityWatchdog:
             publisher.publish(message)
             self._table.note(client, topic, time.monotonic(), moving=moving)
             self._disarm()
+
+    def connected(self, publisher: Publisher, caller_id: str) -> None:
+        """A subscriber has connected: send it the zero that it has missed, unless a client drives now."""
+        topic = publisher.topic
+        with self._changed:
+            recent = time.monotonic() - self._zeros_received.get(topic, -math.inf) <= MISSED_SECONDS
+            if recent and topic not in self._table.driven:
+                publisher.publish_to(caller_id, encode(self._zero(topic, publisher)))
 
     def _note_zero(self, topic: str, received: float) -> None:
         """Called with the lock held."""

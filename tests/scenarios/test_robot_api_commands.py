@@ -117,6 +117,23 @@ def test_a_velocity_is_obeyed_until_a_zero(world: World, client: ApiClient) -> N
 
 
 @pytest.mark.promise("a client of the Robot API drives while the robot is not idle")
+def test_a_zero_that_is_the_first_velocity_of_a_server_reaches_the_robot(world: World) -> None:
+    """Its topic is opened for it, and the robot connects to that a moment later."""
+    with (
+        Node("driver", master_uri=world.sim.master_uri, rosout=False) as node,
+        node.publisher("/smooth_cmd_vel", "geometry_msgs/Twist") as publisher,
+    ):
+        publisher.wait_for_connection(5.0)
+        velocity = publisher.message_class()
+        velocity.angular.z = 0.3
+        publisher.publish(velocity)
+        begins(world.sim)
+    with serving(world.sim, "api:*") as server, ApiClient(server.url) as client:
+        assert client.ask(TWIST, {}) == {}
+        stands(world.sim, 5.0)
+
+
+@pytest.mark.promise("a client of the Robot API drives while the robot is not idle")
 def test_a_zero_does_not_wait_for_the_scans_that_its_client_subscribes(
     world: World, client: ApiClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:

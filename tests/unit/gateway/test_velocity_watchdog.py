@@ -54,6 +54,44 @@ def test_silence_is_followed_by_zeros() -> None:
     assert table.next_look() is None
 
 
+class Missed:
+    """A publisher without a subscriber."""
+
+    topic, message_class = "/v", Twist
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[str, bytes]] = []
+
+    def publish(self, message: object) -> None:
+        pass
+
+    def publish_to(self, caller_id: str, data: bytes) -> None:
+        self.sent.append((caller_id, data))
+
+
+@pytest.mark.parametrize(
+    ("messages", "late", "sent"),
+    [
+        ([Twist()], 0.0, 1),
+        ([forward(), Twist()], 0.0, 1),
+        ([Twist()], 6.0, 0),
+        ([Twist(), forward()], 0.0, 0),
+        ([forward()], 0.0, 0),
+        ([], 0.0, 0),
+    ],
+)
+def test_a_subscriber_that_connects_after_a_zero_is_sent_it_unless_somebody_drives(
+    messages: list[Any], late: float, sent: int
+) -> None:
+    """A velocity that it has missed is not sent: that would be a late one."""
+    watchdog, publisher = VelocityWatchdog(), Missed()
+    for message in messages:
+        watchdog.publish("c", publisher, message, time.monotonic() - late)  # type: ignore[arg-type]
+    watchdog.connected(publisher, "/robot")  # type: ignore[arg-type]
+    watchdog.close()
+    assert publisher.sent == [("/robot", encode(Twist()))] * sent
+
+
 def test_leaving_is_followed_by_zeros_at_once() -> None:
     """Not half a second later."""
     table = DriveTable()
@@ -313,6 +351,7 @@ def test_what_is_no_velocity_is_no_sign_of_life() -> None:
 PUBLISHES = {
     ("velocity_watchdog.py", "VelocityWatchdog.publish"): 2,
     ("velocity_watchdog.py", "VelocityWatchdog._send"): 1,  # its own zeros
+    ("velocity_watchdog.py", "VelocityWatchdog.connected"): 1,  # a zero again
     ("client_publications.py", "_EarlyMessages.publish"): 1,  # no velocities: see `ClientPublications.open`
     ("client_publications.py", "_EarlyMessages._catch_up"): 1,
     ("client_publications.py", "ClientPublication.publish"): 2,  # to the two above
