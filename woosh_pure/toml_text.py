@@ -1,0 +1,27 @@
+"""Read TOML: by the standard library, or by tomli where Python has none (3.10)."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+
+def toml_values(text: str, extra: str) -> dict[str, Any]:
+    """Read a text.
+
+    Args:
+        extra: Of this project, which brings tomli on Python 3.10.
+
+    Raises:
+        ValueError: It is not TOML.
+        ImportError: Python 3.10 without the extra.
+    """
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        try:
+            import tomli as tomllib
+        except ImportError as error:
+            text = f'TOML needs tomli before Python 3.11: pip install ".[{extra}]"'
+            raise ImportError(text, name="tomli") from error
+    return tomllib.loads(text)
