@@ -47,6 +47,7 @@ from woosh_pure.velocity.shaper import DEFAULT_ANGULAR, DEFAULT_LINEAR, DriveLim
 if TYPE_CHECKING:
     from woosh_pure import aio, values
     from woosh_pure.api_bridge.bridge import ApiBridge
+    from woosh_pure.missions import Missions
     from woosh_pure.robot_api.api import RobotApi
 
 __all__ = ["Chassis", "components_of"]
@@ -132,6 +133,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         folders = [*msg_path, *(learned_paths() if learned else ())]
         names = HostNames(resolve).given
         self._robot_api: RobotApi | None = None
+        self._missions: Missions | None = None
         self._making_api = threading.Lock()
         self._robot_api_at, self._names = robot_api, names
         self._bridge: ApiBridge | None = None
@@ -191,6 +193,8 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         motions.over = motions.over or _CLOSED  # without a call: no stack may be left, see `immediate_stop`
         motions.note_end(_CLOSED)
         problems = motions.executor.do(self._end, _CLOSE_SECONDS) if motions.moved else []
+        if self._missions is not None:
+            self._missions.close()
         if self._robot_api is not None:
             self._robot_api.close()
         try:
@@ -272,6 +276,16 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
             if self._robot_api is None:
                 self._robot_api = self._new_robot_api()
             return self._robot_api
+
+    @property
+    def missions(self) -> Missions:
+        """Named lists of steps, from `*.mission.toml` files: their queue and the current run."""
+        from woosh_pure.missions import Missions
+
+        with self._making_api:
+            if self._missions is None:
+                self._missions = Missions(self)
+            return self._missions
 
     def _new_robot_api(self) -> RobotApi:
         from woosh_pure.robot_api.api import robot_api_at

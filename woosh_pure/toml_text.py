@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from rosproto.sentence import say
+
 
 def toml_values(text: str, extra: str) -> dict[str, Any]:
     """Read a text.
@@ -22,6 +24,6 @@ def toml_values(text: str, extra: str) -> dict[str, Any]:
         try:
             import tomli as tomllib
         except ImportError as error:
-            text = f'TOML needs tomli before Python 3.11: pip install ".[{extra}]"'
-            raise ImportError(text, name="tomli") from error
+            wanted = 'TOML needs tomli before Python 3.11: pip install ".[{extra}]"'
+            raise ImportError(say(wanted, extra=extra), name="tomli") from error
     return tomllib.loads(text)

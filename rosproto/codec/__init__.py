@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from rosproto.codec.classes import define, message_class, service_class
 from rosproto.codec.conversion import Conversion, ValuesLost, differences
+from rosproto.codec.dicts import from_dict
 from rosproto.codec.encode_decode import decode, decoder, encode, encode_parts, encoder, prepare
 from rosproto.codec.message import AnyMsg, DynamicMessage, Message, ServiceType
 from rosproto.codec.text import strify_message
@@ -29,6 +30,7 @@ __all__ = [
     "encode",
     "encode_parts",
     "encoder",
+    "from_dict",
     "message_class",
     "prepare",
     "service_class",

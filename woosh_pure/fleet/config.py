@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import os
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -15,6 +14,7 @@ from urllib.parse import urlsplit
 from rosproto.files import read_text
 from rosproto.sentence import say
 from woosh_pure.geometry import Footprint
+from woosh_pure.toml_text import toml_values
 
 VERSIONS = ("2.0.0", "2.1.0")
 MAX_VEHICLES = 25
@@ -243,17 +243,8 @@ def load_config(path: Path) -> FleetConfig:
         ValueError: The file is not TOML, or a name or value is invalid; the text says which.
         OSError: The file cannot be read.
     """
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        try:
-            import tomli as tomllib
-        except ImportError as error:
-            raise ImportError(
-                'a fleet.toml needs tomli before Python 3.11: pip install ".[fleet]"', name="tomli"
-            ) from error
     try:
-        data = tomllib.loads(read_text(path))
+        data = toml_values(read_text(path), "fleet")
     except UnicodeDecodeError:
         raise ValueError(say("{path} is not text in UTF-8; a fleet.toml is", path=path)) from None
     except ValueError as error:

@@ -49,10 +49,10 @@ else:
         fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def default_folder() -> Path:
+def default_folder(name: str = "fleet") -> Path:
     """The default folder: `$XDG_STATE_HOME/woosh/fleet`, on Windows in `%LOCALAPPDATA%`."""
     given = os.environ.get("XDG_STATE_HOME") or os.environ.get("LOCALAPPDATA")
-    return (Path(given) if given else Path.home() / ".local" / "state") / "woosh" / "fleet"
+    return (Path(given) if given else Path.home() / ".local" / "state") / "woosh" / name
 
 
 class StoreInUse(ChassisError, OSError):
@@ -65,11 +65,12 @@ class Store:
     Args:
         folder: The file's folder; created if it does not exist.
         manufacturer, serial: The vehicle.
+        in_use: The error when another one has locked it; "" for that of a vehicle.
     """
 
-    def __init__(self, folder: Path, manufacturer: str, serial: str) -> None:
+    def __init__(self, folder: Path, manufacturer: str, serial: str, *, in_use: str = "") -> None:
         name = re.sub(r"[^A-Za-z0-9_.-]", "_", f"{manufacturer}-{serial}")
-        self.path = folder / f"{name}.json"
+        self.path, self._used = folder / f"{name}.json", in_use
         self._state_bytes = self._file_bytes = 0  # of the file as this object has left it; 0 if it has not
         self._locked: int | None = None  # the open lock file
         self._to_lock = False
@@ -104,7 +105,7 @@ class Store:
             self._locked = None
 
     def _in_use(self) -> str:
-        return (
+        return self._used or (
             f"the order kept in {self.path} belongs to a vehicle that is running already; end that one, or "
             "give this one a serial number or a folder (--state) of its own"
         )

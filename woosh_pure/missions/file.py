@@ -1,4 +1,4 @@
-"""`*.mission.toml`: read a mission from its text, with the line of each fault, and write it in the same form."""
+"""`*.mission.toml`: read a mission from its text, with the line of each fault, and write it."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ def _place(text: str, path: model.Path) -> tuple[int, int]:
             return True
 
     if not path or not known(len(lines)):
-        return (_place(text, path[:-1]) if path else (1, 1))
+        return _place(text, path[:-1]) if path else (1, 1)
     line = bisect.bisect_left(range(1, len(lines) + 1), True, key=known) + 1
     found = lines[line - 1]
     return line, len(found) - len(found.lstrip()) + 1

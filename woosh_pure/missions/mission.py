@@ -102,6 +102,7 @@ class Kind:
 
 
 _MARK, _TEXT = Key("mark"), Key("text")
+_INPUT, _MODULE = Key("whole", low=0, high=255), Key("whole", 1, 0, 255)  # 1: keys of the chassis
 _PERCENT = Key("number", low=1, high=100)
 KINDS: Mapping[str, Kind] = {
     "go_to_mark": Kind({"mark": _MARK}, moves=True),
@@ -112,14 +113,12 @@ KINDS: Mapping[str, Kind] = {
     "load": Kind({"mark": _MARK}, moves=True),
     "unload": Kind({"mark": _MARK}, moves=True),
     "charge": Kind({"mark": _MARK, "until_percent": Key("number", 0.0, 0, 100)}, moves=True),
-    "move": Kind(
-        {"metres": Key("number", low=-10, high=10), "speed": Key("number", 0.0, 0, 2)}, moves=True
-    ),
+    "move": Kind({"metres": Key("number", low=-10, high=10), "speed": Key("number", 0.0, 0, 2)}, moves=True),
     "rotate": Kind({"degrees": Key("number", low=-3600, high=3600)}, moves=True),
     "dock": Kind({"tag": _TEXT}, moves=True),
     "lift": Kind({"to": Key("text", names=("up", "down"))}),
     "wait": Kind({"seconds": Key("number", low=0, high=86400)}),
-    "wait_for_input": Kind({"input": Key("whole", low=0, high=255), "is": Key("bool", True)}),
+    "wait_for_input": Kind({"input": _INPUT, "module": _MODULE, "is": Key("bool", True)}),
     "wait_for_battery": Kind({"percent": _PERCENT}),
     "light": Kind({"state": _TEXT, "color": Key("text", "")}),
     "say": Kind({"text": _TEXT}),
@@ -131,6 +130,7 @@ KINDS: Mapping[str, Kind] = {
         {
             "value": Key("text", names=("battery", "input", "mark", "answer")),
             "input": Key("whole", 0, 0, 255),
+            "module": _MODULE,
             "below": Key("number", math.inf),
             "above": Key("number", -math.inf),
             "is": Key("text", ""),
@@ -264,7 +264,9 @@ def mission_of(data: Mapping[str, Any]) -> Mission:
     """
     _require_known((), data, MISSION_KEYS)
     if data.get("mission") != VERSION:
-        raise _wrong(("mission",), data.get("mission"), say("mission = {version}, the format", version=VERSION))
+        raise _wrong(
+            ("mission",), data.get("mission"), say("mission = {version}, the format", version=VERSION)
+        )
     name = data.get("name")
     if not Key("text").accepts(name):
         raise _wrong(("name",), name, Key("text").expected)
@@ -298,14 +300,18 @@ def _steps(data: Mapping[str, Any], table: str) -> tuple[Step, ...]:
     if not (isinstance(found, Sequence) and all(isinstance(each, Mapping) for each in found)):
         raise _wrong((table,), found, say("tables, one [[{table}]] for each step", table=table))
     if len(found) > MAX_STEPS:
-        raise MissionError(say("{count} steps; expected at most {max_steps}", count=len(found), max_steps=MAX_STEPS))
+        raise MissionError(
+            say("{count} steps; expected at most {max_steps}", count=len(found), max_steps=MAX_STEPS)
+        )
     return tuple(_step((table, place), each) for place, each in enumerate(found))
 
 
 def _step(path: Path, given: Mapping[str, Any]) -> Step:
     do = given.get("do")
     if not isinstance(do, str) or do not in KINDS:
-        wrong = _wrong((*path, "do") if "do" in given else path, do, say("one of: {names}", names=list(KINDS)))
+        wrong = _wrong(
+            (*path, "do") if "do" in given else path, do, say("one of: {names}", names=list(KINDS))
+        )
         raise MissionError(both(str(wrong), *hint(str(do), KINDS)), wrong.path)
     keys = {"do": Key("text"), **KINDS[do].keys, **STEP_KEYS}
     common = {key: given[key] for key in STEP_KEYS if key in given}
@@ -313,7 +319,9 @@ def _step(path: Path, given: Mapping[str, Any]) -> Step:
     _check_table(path, common, STEP_KEYS)
     for key, one in KINDS[do].keys.items():
         if key not in given and one.default is None:
-            raise MissionError(say("{do} needs {key}: {expected}", do=do, key=key, expected=one.expected), path)
+            raise MissionError(
+                say("{do} needs {key}: {expected}", do=do, key=key, expected=one.expected), path
+            )
     return Step(do, {key: given[key] for key in given if key in KINDS[do].keys}, **common)
 
 
@@ -390,4 +398,6 @@ def _unknown(path: Path, name: str, known: list[str]) -> MissionError:
 def _wrong(path: Path, value: object, expected: str) -> MissionError:
     found = say("nothing") if value is None else repr(value)[:80]
     key = str(path[-1]) if path else "mission"
-    return MissionError(say("{key}: found {found}; expected {expected}", key=key, found=found, expected=expected), path)
+    return MissionError(
+        say("{key}: found {found}; expected {expected}", key=key, found=found, expected=expected), path
+    )

@@ -1,31 +1,78 @@
-"""`Missions`: the missions of one chassis, their queue and the current run, as `chassis.missions`."""
+"""`Missions`: the missions of one chassis, their queue and the current run, as `chassis.missions`.
+
+One thread applies events to the machine, saves the state, and then begins what follows. The state is a file that
+one program at a time has open: the first call that changes something opens it. Another program on this computer
+reads it, and leaves its requests in a folder beside it, which that thread looks into.
+"""
 
 from __future__ import annotations
 
+import json
+import queue
+import re
+import threading
+import time
+import uuid
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from woosh_pure.missions.machine import Entry, Notice, Run, State
-from woosh_pure.missions.mission import Mission
+from rosproto.errors import RosError, RosTimeout
+from rosproto.files import read_text, save_file
+from rosproto.logs import get_logger
+from rosproto.profile import directory
+from rosproto.sentence import say
+from woosh_pure.enums import TaskState
+from woosh_pure.errors import ChassisError
+from woosh_pure.fleet.state_file import Store, StoreInUse, default_folder
+from woosh_pure.missions import file as mission_file
+from woosh_pure.missions import machine
+from woosh_pure.missions.machine import Event, Notice, Phase, Refused, Run, State
+from woosh_pure.missions.mission import Mission, MissionError, mission_of
+from woosh_pure.missions.steps import StepRunner
+from woosh_pure.missions.webhooks import Webhook
+from woosh_pure.reasons import ReasonKey, Ready
+from woosh_pure.stopping.report import StopReport
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
 
+_log = get_logger("woosh_pure.missions")
 PROGRAM = "program"
 """Name of who asks, where none is given."""
+_LOOK, _DISK_SECONDS, _ASK_SECONDS = 0.1, 1.0, 10.0
+_LEASE_SECONDS = 60.0
+_REMOTE = {
+    each.__name__: each
+    for each in (
+        machine.Append,
+        machine.ChangeQueue,
+        machine.Pause,
+        machine.Resume,
+        machine.Stop,
+        machine.Answer,
+    )
+}
+
+
+class MissionFailed(ChassisError):
+    """A mission failed or was stopped: `run` says why."""
+
+    exit_code = 1
+
+    def __init__(self, run: Run) -> None:
+        name = run.entry.mission.name
+        text = "mission {name}: {phase} at step {number}: {reason}"
+        super().__init__(say(text, name=name, phase=run.phase, number=run.at + 1, reason=say(run.reason)))
+        self.run = run
 
 
 @dataclass(frozen=True, slots=True)
 class StoredMission:
-    """One file of the folder of missions.
-
-    Attributes:
-        file: Its name, "round.mission.toml".
-        mission: None if it is faulty.
-        error: Why; "" if it is not.
-    """
+    """One file of the folder of missions; `mission` is None if it is faulty, and `error` says why."""
 
     file: str
     mission: Mission | None
@@ -33,59 +80,110 @@ class StoredMission:
 
 
 class MissionHandle:
-    """A mission that was started or appended.
-
-    Attributes:
-        id: Of the run.
-    """
+    """A mission that was started or appended; `id` is that of its run."""
 
     def __init__(self, missions: Missions, id: str) -> None:
-        self.id = id
-        self._missions = missions
+        self.id, self._missions = id, missions
+
+    def __repr__(self) -> str:
+        return f"<MissionHandle {self.id}>"
 
     @property
     def run(self) -> Run | None:
         """Its run; None while it is in the queue, and when it was removed."""
-        raise NotImplementedError
+        return self._missions.find(self.id)
 
     def wait(self, timeout: float | None = None, *, raises: bool = True) -> Run:
         """Wait for its end.
 
         Raises:
             MissionFailed: It failed or was stopped, unless `raises` is false.
+            MissionError: It was removed from the queue.
             RosTimeout: It has not ended in time; it goes on.
         """
-        raise NotImplementedError
+
+        def over() -> bool:
+            run = self.run
+            if run is None and self.id not in [entry.id for entry in self._missions.queue]:
+                raise MissionError(say("mission {id} was removed from the queue", id=self.id))
+            return run is not None and run.phase.over
+
+        self._missions.wait_for(over, timeout)
+        run = self.run
+        assert run is not None
+        if raises and run.phase is not Phase.DONE:
+            raise MissionFailed(run)
+        return run
 
 
 class Missions:
     """The missions of one robot. Safe from any thread; nothing moves because this object is made.
 
-    The state is kept in a folder, which one program at a time has open: the first call that changes something
-    opens it. Commands of other programs reach it through the folder.
+        chassis.missions.run("round.mission.toml", {"target": "A1"}).wait()
 
     Args:
         chassis: The chassis.
-        folder: Of the state, and of the mission files in its `files`; None for the user's.
-        webhook: A URL that gets each notice, signed with `$WOOSH_WEBHOOK_SECRET`.
+        folder: Of the state; None for the user's.
+        carries: False for a program that only leaves requests, and ends soon: with it nothing begins.
     """
 
-    def __init__(self, chassis: Chassis, folder: str | Path | None = None, *, webhook: str = "") -> None:
-        self._chassis = chassis
+    def __init__(self, chassis: Chassis, folder: str | Path | None = None, *, carries: bool = True) -> None:
+        self._chassis, self._carries = chassis, carries
+        self.folder = default_folder("missions") if folder is None else Path(folder)
+        robot = re.sub(r"^https?://|/$", "", chassis.master_uri)
+        used = say("another program carries the missions of {robot} out already", robot=robot)
+        self._store = Store(self.folder, "missions", robot, in_use=used)
+        self._requests = self._store.path.with_suffix(".requests")
+        self._opening, self._changed = threading.Lock(), threading.Condition()
+        self._inbox: queue.SimpleQueue[tuple[Event, Future[str]] | None] = queue.SimpleQueue()
+        self._thread: threading.Thread | None = None
+        self._state = State()  # of a program that has it open
+        self._step: StepRunner | None = None
+        self._closed = False
+        self._due = {"disk": 0.0, "lease": 0.0}
+        self._webhook: Webhook | None = None
+        self._owner = ""
+
+    def __repr__(self) -> str:
+        return f"<Missions {self._store.path}>"
 
     # -- files
 
+    @property
+    def files(self) -> Path:
+        """The folder of the mission files."""
+        return directory() / "missions"
+
     def list(self) -> Sequence[StoredMission]:
         """The files of the folder of missions, sorted by name."""
-        raise NotImplementedError
+        found = []
+        for path in sorted(self.files.glob(f"*{mission_file.SUFFIX}")):
+            try:
+                found.append(StoredMission(path.name, mission_file.load(path)))
+            except (MissionError, OSError) as error:
+                found.append(StoredMission(path.name, None, str(error)))
+        return found
+
+    def path(self, file: str | Path) -> Path:
+        """A file that exists: a path, or a name in the folder of missions, with or without its suffix.
+
+        Raises:
+            MissionError: There is none.
+        """
+        for path in (Path(file), self.files / file, self.files / f"{file}{mission_file.SUFFIX}"):
+            if path.is_file():
+                return path
+        raise MissionError(
+            say("{file}: there is no such file, also not in {folder}", file=file, folder=self.files)
+        )
 
     def load(self, file: str | Path) -> Mission:
-        """Read a file: a path, or a name in the folder of missions (with or without `.mission.toml`).
+        """Read a file, see `path`.
 
         Raises:
             MissionError: It is faulty, or there is none.
         """
-        raise NotImplementedError
+        return mission_file.load(self.path(file))
 
     def check(self, text: str, name: str = "mission") -> Mission:
         """Check the text of a file.
@@ -93,19 +191,37 @@ class Missions:
         Raises:
             MissionError: It is faulty: line, column, what was found, what is allowed.
         """
-        raise NotImplementedError
+        return mission_file.parse(text, name)
 
     def save(self, file: str, mission: Mission | Mapping[str, Any] | str) -> StoredMission:
         """Write a file of the folder of missions: a mission, its `data()`, or its text as it is.
 
         Raises:
             MissionError: It is faulty, or `file` is not a name. Nothing is written.
+            OSError: It cannot be written.
         """
-        raise NotImplementedError
+        if isinstance(mission, str):
+            checked, text = self.check(mission, file), mission
+        else:
+            checked = mission_of(mission.data() if isinstance(mission, Mission) else mission)
+            text = mission_file.text_of(checked)
+        path = self._named(file)
+        save_file(path, text.encode(), durable=True)
+        return StoredMission(path.name, checked)
 
     def remove(self, file: str) -> None:
-        """Delete a file of the folder of missions."""
-        raise NotImplementedError
+        """Delete a file of the folder of missions.
+
+        Raises:
+            MissionError: There is none.
+        """
+        self.path(self._named(file)).unlink()
+
+    def _named(self, file: str) -> Path:
+        name = file.removesuffix(mission_file.SUFFIX)
+        if not re.fullmatch(r"[\w][\w .-]{0,99}", name):
+            raise MissionError(say("{file!r}: expected a name of letters, digits, blanks, _ . -", file=file))
+        return self.files / f"{name}{mission_file.SUFFIX}"
 
     # -- run and queue
 
@@ -116,12 +232,17 @@ class Missions:
         *,
         by: str = PROGRAM,
     ) -> MissionHandle:
-        """Start a mission now.
+        """Start a mission now, also while the queue is paused.
+
+        Args:
+            mission: A mission or a file, see `path`.
+            parameters: For those that shall not have their defaults.
+            by: The name of who starts it. If this one has the lease, the mission takes it over.
 
         Raises:
             MissionError: It is faulty; or another run has not ended (`append` it then).
         """
-        raise NotImplementedError
+        return self._append(mission, parameters or {}, by, start=True)
 
     def append(
         self,
@@ -135,36 +256,49 @@ class Missions:
         Raises:
             MissionError: It is faulty, or the queue is full.
         """
-        raise NotImplementedError
+        return self._append(mission, parameters or {}, by, start=False)
+
+    def _append(
+        self, mission: str | Path | Mission, given: Mapping[str, object], by: str, *, start: bool
+    ) -> MissionHandle:
+        file = "" if isinstance(mission, Mission) else str(mission)
+        found = mission if isinstance(mission, Mission) else self.load(mission)
+        return MissionHandle(self, self._ask(machine.Append(found, found.filled(given), by, file, start)))
 
     @property
-    def queue(self) -> Sequence[Entry]:
+    def queue(self) -> Sequence[machine.Entry]:
         """What comes after the current run."""
-        raise NotImplementedError
+        return self.state.queue
 
     def unqueue(self, id: str, *, by: str = PROGRAM) -> None:
         """Remove an entry of the queue. Raises MissionError if it is not there."""
-        raise NotImplementedError
+        self._ask(machine.ChangeQueue(by, id or "-"))
 
     def clear(self, *, by: str = PROGRAM) -> None:
         """Remove all entries of the queue."""
-        raise NotImplementedError
+        self._ask(machine.ChangeQueue(by))
 
     def reorder(self, id: str, place: int, *, by: str = PROGRAM) -> None:
-        """Move an entry of the queue to a place, from 0."""
-        raise NotImplementedError
+        """Move an entry of the queue to a place, from 0. Raises MissionError if it is not there."""
+        self._ask(machine.ChangeQueue(by, id or "-", place))
 
     def pause(self, *, by: str = PROGRAM) -> None:
         """Pause the run and the queue. A step that cannot pause goes on to its end."""
-        raise NotImplementedError
+        self._ask(machine.Pause(by))
 
     def resume(self, *, by: str = PROGRAM) -> None:
-        """Let a paused or interrupted run, and the queue, go on."""
-        raise NotImplementedError
+        """Let a paused or interrupted run, and the queue, go on. It may move the robot."""
+        self._ask(machine.Resume(by))
 
-    def stop(self, *, by: str = PROGRAM) -> None:
-        """End the run as stopped, stop the robot, and pause the queue. Never refused, does not wait."""
-        raise NotImplementedError
+    def stop(self, *, by: str = PROGRAM) -> StopReport:
+        """Stop the robot, end the run as stopped, and pause the queue."""
+        done: Future[str] = Future()
+        if opened := self._thread is not None:
+            self._inbox.put((machine.Stop(by), done))
+        report = self._chassis.stop(everything=True)
+        if not opened:
+            self._ask(machine.Stop(by))
+        return report
 
     def answer(self, answer: str, *, by: str = PROGRAM, run: str = "") -> None:
         """Answer the question.
@@ -172,14 +306,14 @@ class Missions:
         Raises:
             MissionError: There is no question (of this run), or it has no such answer.
         """
-        raise NotImplementedError
+        self._ask(machine.Answer(answer, by, run))
 
     # -- what happens
 
     @property
     def state(self) -> State:
-        """Everything: the queue, the run, the last runs and notices. Never waits."""
-        raise NotImplementedError
+        """Everything: the queue, the run, the last runs and notices. Waits for the disk at most."""
+        return self._state if self._thread is not None else self._read()
 
     def status(self) -> Run | None:
         """The current run, or the last one; None before the first."""
@@ -187,16 +321,256 @@ class Missions:
 
     def find(self, id: str) -> Run | None:
         """A run by its id: the current one, or one of the last 50."""
-        raise NotImplementedError
+        state = self.state
+        runs = (*state.history, *((state.run,) if state.run else ()))
+        return next((run for run in runs if run.entry.id == id), None)
 
     def since(self, number: int) -> Sequence[Notice]:
-        """The notices after that number."""
-        raise NotImplementedError
+        """The notices after that number, of the last 500."""
+        return [notice for notice in self.state.notices if notice.number > number]
 
-    def on_notice(self, callback: Callable[[Notice], object]) -> Callable[[], None]:
-        """Call back with each notice, in the thread of the missions; return a function that ends this."""
-        raise NotImplementedError
+    def wait_for(self, accept: Callable[[], bool], timeout: float | None = 60.0) -> None:
+        """Wait until `accept()` is true; it is called after each change.
+
+        Raises:
+            RosTimeout: It was not in time.
+        """
+        end = None if timeout is None else time.monotonic() + timeout
+        while not accept():
+            if end is not None and time.monotonic() >= end:
+                raise RosTimeout(
+                    say("the missions did not come so far"), what="missions", seconds=timeout or 0.0
+                )
+            with self._changed:
+                self._changed.wait(_LOOK)
+
+    def add_webhook(self, url: str, secret: str) -> None:
+        """Send each start, step, question and end of a mission to a URL, signed with the secret.
+
+        Raises:
+            ValueError: The URL or the secret is not one.
+            MissionError: Another program carries the missions out.
+        """
+        self._open()
+        self._webhook = Webhook(url, secret, lambda: self.state, self._delivered)
+
+    def _delivered(self, number: int) -> None:
+        self._inbox.put((machine.Delivered(number), Future()))
 
     def close(self) -> None:
         """Cancel what runs: the run is interrupted, and can be resumed. Idempotent, bounded."""
-        raise NotImplementedError
+        with self._opening:
+            self._closed, thread = True, self._thread
+        if self._webhook is not None:
+            self._webhook.close()
+        if thread is None:
+            return
+        self._inbox.put(None)
+        thread.join(_ASK_SECONDS)
+        if self._step is not None:
+            self._step.cancel()
+            self._step.ended.wait(_ASK_SECONDS)
+        self._chassis.lease.release(self._owner)
+        self._store.unlock()
+
+    # -- requests
+
+    def _ask(self, event: Event) -> str:
+        """Have the thread apply an event, or the other program that has the state open; the new id."""
+        try:
+            self._open()
+        except StoreInUse:
+            return self._ask_other(event)
+        done: Future[str] = Future()
+        self._inbox.put((event, done))
+        try:
+            return done.result(_ASK_SECONDS)
+        except TimeoutError as late:
+            raise RosTimeout(
+                say("the missions do not answer"), what="missions", seconds=_ASK_SECONDS
+            ) from late
+
+    def _open(self) -> None:
+        with self._opening:
+            if self._closed:
+                raise MissionError(say("the missions of this Chassis are closed"))
+            if self._thread is None:
+                self._store.lock()
+                self._state = self._read()
+                self._apply(machine.Restarted(self._carries))
+                self._thread = threading.Thread(target=self._work, name="woosh:missions", daemon=True)
+                self._thread.start()
+
+    def _read(self) -> State:
+        kept = self._store.load()
+        try:
+            return machine.state_of(kept[0]) if kept else State()
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            self._store.put_aside(f"{type(error).__name__}: {error}")
+            return State()
+
+    def _ask_other(self, event: Event) -> str:
+        values = event._asdict()
+        if isinstance(event, machine.Append):
+            values["mission"] = event.mission.data()
+        path = self._requests / f"{uuid.uuid4()}.json"
+        reply = path.with_suffix(".reply")
+        save_file(path, json.dumps({"event": type(event).__name__, **values}).encode())
+        try:
+            self.wait_for(reply.exists, _ASK_SECONDS)
+            answer = json.loads(read_text(reply))
+        finally:
+            path.unlink(missing_ok=True)
+            reply.unlink(missing_ok=True)
+        if "error" in answer:
+            raise MissionError(answer["error"])
+        return str(answer["id"])
+
+    def _take_requests(self) -> None:
+        for path in sorted(self._requests.glob("*.json")) if self._requests.is_dir() else ():
+            answer: dict[str, str] = {}
+            try:
+                values = json.loads(read_text(path))
+                kind = _REMOTE[values.pop("event")]
+                if kind is machine.Append:
+                    values["mission"] = mission_of(values["mission"])
+                answer = {"id": str(self._state.next_id)}
+                self._apply(kind(**values))
+            except (ValueError, KeyError, TypeError, OSError) as error:
+                answer = {"error": str(error)}
+            path.unlink(missing_ok=True)
+            with suppress(OSError):  # of a full disk: the other program's time runs out
+                save_file(path.with_suffix(".reply"), json.dumps(answer).encode())
+
+    # -- the thread
+
+    def _work(self) -> None:
+        checked = self._chassis.request()
+        while not self._closed:
+            try:
+                asked = self._inbox.get(timeout=_LOOK)
+            except queue.Empty:
+                asked = None
+            # A stop before this moment ends the run first; a later one prevents the motion that begins now.
+            now = checked.renewed()
+            stopped, checked = checked.overtaken_at(now.stops), now
+            try:
+                with now:
+                    if stopped and self._state.active:
+                        self._apply(machine.Stop(say("a stop of the robot")))
+                    if asked is not None:
+                        self._answer(*asked)
+                    self._on_time(time.monotonic())
+            except Exception:
+                _log.exception("! an internal error of the missions; they go on")
+
+    def _answer(self, event: Event, done: Future[str]) -> None:
+        try:
+            new = str(self._state.next_id)
+            if isinstance(event, machine.Resume):
+                self._settle()
+            self._apply(event)
+        except Refused as refusal:
+            done.set_exception(refusal)
+        else:
+            done.set_result(new)
+
+    def _apply(self, event: Event) -> None:
+        """Apply an event: end what must end, save the state, and then begin what follows."""
+        before, (now, at) = self._state, (time.monotonic(), time.time())
+        after, effects = machine.step(before, event, now, at)
+        for effect in effects:
+            if self._step is not None and isinstance(effect, machine.Cancel):
+                self._step.cancel()
+            elif self._step is not None and isinstance(effect, machine.Hold):
+                self._step.hold(effect.held)
+        if after is not before and not before.disk:
+            try:
+                self._store.save(after.to_json())
+            except OSError as error:
+                text = "the state of the missions cannot be kept: {error}; nothing begins until it can"
+                problem = say(text, error=error)
+                _log.error("! %s", problem)
+                self._due["disk"] = now + _DISK_SECONDS
+                self._state, _ = machine.step(before, machine.Disk(problem), now, at)
+                after, effects = machine.step(self._state, event, now, at)
+        self._state = after
+        with self._changed:
+            self._changed.notify_all()
+        for effect in effects:
+            if isinstance(effect, machine.Carry):
+                report, pictures = self._report, self.folder / "pictures"
+                self._step = StepRunner(self._chassis, effect, self._chassis.request(), report, pictures)
+
+    def _report(self, end: machine.StepEnded | machine.Sent) -> None:
+        self._inbox.put((end, Future()))
+
+    def _on_time(self, now: float) -> None:
+        if self._state.disk and now >= self._due["disk"]:
+            self._due["disk"] = now + _DISK_SECONDS
+            with suppress(OSError):
+                self._store.save(replace(self._state, disk="").to_json())
+                self._apply(machine.Disk(""))
+        self._take_requests()
+        run = self._state.run
+        if run is not None and run.deadline is not None and now >= run.deadline:
+            self._apply(machine.Tick())
+        reason = self._keep_lease(now)
+        run = self._state.run
+        if run is None or run.phase.over or run.phase is Phase.INTERRUPTED or run.paused:
+            return
+        reason, battery = reason or self._hindrance(run), None
+        if machine.needs_ready(self._state):
+            known = self._chassis.battery.known
+            self._apply(machine.Ready(reason, None if known is None else known.value.percent))
+
+    def _hindrance(self, run: Run) -> str:
+        """Why nothing may move now, "" if it may. An emergency stop pauses: its release must not move the robot."""
+        try:
+            readiness = self._chassis.readiness()
+        except RosError as error:
+            return str(error)
+        if any(reason.key == ReasonKey.EMERGENCY_STOP and reason.blocking for reason in readiness.reasons):
+            self._apply(machine.Pause(say("the emergency stop")))
+        if self._step is not None and not self._step.ended.is_set():
+            return say("the last step has not ended yet")
+        unknown = readiness.answer is Ready.UNKNOWN and run.entry.mission.guard("not_known") == "go"
+        return "" if readiness.ready or unknown else str(readiness)
+
+    def _keep_lease(self, now: float) -> str:
+        """Hold the lease while a run is under way; who has it instead, "" if nobody has."""
+        lease, state, run = self._chassis.lease, self._state, self._state.run
+        if run is None or run.phase.over or run.phase is Phase.INTERRUPTED:
+            if self._owner:
+                lease.release(self._owner)
+                self._owner = ""
+            return ""
+        self._owner = owner = f"mission {run.entry.mission.name}"[:200]
+        holder = lease.holder
+        if holder == owner:
+            if now >= self._due["lease"]:
+                self._due["lease"] = now + _LEASE_SECONDS / 3.0
+                lease.renew(owner, _LEASE_SECONDS)
+            return ""
+        if run.paused:
+            return ""  # its person drives by hand, perhaps
+        if holder == run.entry.by and lease.request(owner):
+            lease.grant(holder, owner, _LEASE_SECONDS)
+        if lease.acquire(owner, _LEASE_SECONDS):
+            return ""
+        if state.run is not None and run.phase is Phase.RUNNING:
+            self._apply(machine.Pause(str(holder)))
+        return say("{who} commands the robot now", who=holder)
+
+    def _settle(self) -> None:
+        """Ask the robot's own history what became of the task that was interrupted."""
+        run = self._state.run
+        if run is None or not run.task or run.phase is not Phase.INTERRUPTED:
+            return
+        try:
+            found = [task for task in self._chassis.robot_api.task_history() if task.task_id == run.task]
+        except RosError as error:
+            _log.debug("= the robot does not tell its tasks: %s", error)
+            return
+        if found and found[-1].state in (TaskState.COMPLETED, TaskState.FAILED):
+            self._apply(machine.Settled(run.token, found[-1].state is TaskState.COMPLETED))

@@ -1,0 +1,266 @@
+"""`StepRunner`: carries one step of a mission out over the chassis, in a thread, and reports its end once."""
+
+from __future__ import annotations
+
+import math
+import re
+import threading
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from rosproto.codec import from_dict
+from rosproto.errors import RosError
+from rosproto.files import save_file
+from rosproto.logs import get_logger
+from rosproto.sentence import say
+from woosh_pure.chassis import Chassis
+from woosh_pure.connection.call_scope import CallScope
+from woosh_pure.enums import Direction
+from woosh_pure.errors import MotionRefused
+from woosh_pure.fleet.action_handlers.running_action import end_is_known
+from woosh_pure.maps.marks import own_marks
+from woosh_pure.missions.machine import Carry, Result, Sent, StepEnded
+from woosh_pure.motion.motion import GoalHandle
+from woosh_pure.outcome import Outcome, OutcomeKind
+from woosh_pure.values.messages import message_type
+
+_log = get_logger("woosh_pure.missions.steps")
+_SLICE = 0.05
+_MOTION_SECONDS, _OTHER_SECONDS = 600.0, 60.0
+"""Time limits of steps that give none; waiting has none."""
+_READING_SECONDS = 5.0
+
+
+class _Cancelled(RosError):
+    """The run is over; nobody reads the end of this step."""
+
+
+class StepRunner:
+    """One step under way.
+
+    Args:
+        request: Made when the step was due: a stop of the chassis since then prevents its motion.
+        report: Called with its end, in its thread.
+        folder: For pictures.
+
+    Attributes:
+        ended: Set when nothing of it is under way any more.
+    """
+
+    def __init__(
+        self,
+        chassis: Chassis,
+        carry: Carry,
+        request: CallScope,
+        report: Callable[[StepEnded | Sent], object],
+        folder: Path,
+    ) -> None:
+        self.chassis, self.folder, self._report = chassis, folder, report
+        self.token, self._step, self._parameters = carry.token, carry.step, carry.parameters
+        self.limit = carry.step.timeout or (_MOTION_SECONDS if self._step.kind.moves else _OTHER_SECONDS)
+        self._cancelled, self._held = threading.Event(), False
+        self.ended = threading.Event()
+        work = threading.Thread(
+            target=self._work, args=(request,), name=f"woosh:mission {carry.token}", daemon=True
+        )
+        work.start()
+
+    def cancel(self) -> None:
+        """End it; returns at once."""
+        self._cancelled.set()
+
+    def hold(self, held: bool) -> None:
+        """Pause it or let it go on, where the chassis can; returns at once."""
+        self._held = held
+
+    def _work(self, request: CallScope) -> None:
+        end = StepEnded(self.token, Result.FAILED)
+        try:
+            with request:
+                value = _ACTIONS[self._step.do](self)
+            ended = value if isinstance(value, Outcome) else None
+            end = self._of(ended) if ended is not None else StepEnded(self.token, Result.DONE, "", value)
+        except (MotionRefused, ValueError, KeyError, ImportError, OSError) as error:
+            end = StepEnded(self.token, Result.FAILED, str(error))
+        except RosError as error:
+            lost = self._step.kind.moves and not isinstance(error, _Cancelled)
+            end = StepEnded(self.token, Result.UNKNOWN if lost else Result.FAILED, str(error))
+        except Exception as error:
+            _log.exception("! step %s of a mission failed", self._step.do)
+            end = StepEnded(self.token, Result.UNKNOWN, f"{type(error).__name__}: {error}")
+        finally:
+            self.ended.set()
+            self._report(end)
+
+    def _of(self, outcome: Outcome) -> StepEnded:
+        """Only a cancelled run cancels a goal here, and nobody reads that; so another cancel is a stop."""
+        known = end_is_known(outcome) or (outcome.kind is OutcomeKind.TIMED_OUT and outcome.stopped is True)
+        if outcome.arrived or not known:
+            result = Result.DONE if outcome.arrived else Result.UNKNOWN
+        else:
+            by_others = outcome.kind in (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
+            result = Result.STOPPED if by_others else Result.FAILED
+        return StepEnded(self.token, result, "" if outcome.arrived else str(outcome))
+
+    def value(self, key: str) -> Any:
+        """One of the step's keys."""
+        return self._step.value(key, self._parameters)
+
+    def goal(self, begin: Callable[[], GoalHandle[Any]]) -> Outcome:
+        """Start a goal and wait for its end. One that cannot be paused is cancelled, and sent again."""
+        left = self.limit
+        while True:
+            handle = begin()
+            if handle.task_id:
+                self._report(Sent(self.token, handle.task_id))
+            paused = False
+            while not handle.done and not self._cancelled.wait(_SLICE):
+                if self._held is not paused and hasattr(handle, "pause"):
+                    try:
+                        to_hold = self._held
+                        getattr(handle, "pause" if to_hold else "resume")()
+                        paused = to_hold
+                    except RosError as error:
+                        _log.warning("! a step was not paused or resumed: %s", error)
+                        self._cancelled.wait(0.5)
+                elif self._held and self._step.do == "go_to":
+                    break
+                left -= 0.0 if paused else _SLICE
+                if left <= 0.0:
+                    return handle.wait(0.0, raises=False)  # which cancels it
+            if handle.done:
+                return handle.wait(1.0, raises=False)
+            outcome = handle.cancel()
+            if self._cancelled.is_set() or outcome.arrived or not end_is_known(outcome):
+                return outcome
+            while self._held and not self._cancelled.wait(_SLICE):
+                pass
+            if self._cancelled.is_set():
+                return outcome
+
+    def until(self, ready: Callable[[], bool], limit: float | None = None, *, raises: bool = True) -> None:
+        """Wait until `ready` says so, for the step's timeout if no limit is given. A pause does not count.
+
+        Raises:
+            ValueError: It did not in time, unless `raises` is false.
+        """
+        left = limit if limit is not None else self._step.timeout or math.inf
+        while not ready():
+            if self._cancelled.wait(min(_SLICE, max(0.0, left))):
+                raise _Cancelled("cancelled")
+            left -= 0.0 if self._held else _SLICE
+            if left <= 0.0:
+                if raises:
+                    raise ValueError(say("it did not come within {seconds} s", seconds=self._step.timeout))
+                return
+
+    def battery(self) -> float:
+        """The newest percentage."""
+        return self.chassis.battery.wait(_READING_SECONDS, new=False).percent
+
+    def input(self) -> bool:
+        """Whether an input is triggered."""
+        module, number = self.value("module"), self.value("input")
+        lines = self.chassis.feed("inputs").wait(_READING_SECONDS, new=False).IOs
+        found = [line for line in lines if (line.module, line.id) == (module, number)]
+        if not found:
+            raise ValueError(
+                say("the chassis has no input {number} of module {module}", number=number, module=module)
+            )
+        return any(line.status == 1 for line in found)
+
+
+def _go_to_mark(step: StepRunner) -> Outcome:
+    """To a mark of the chassis's map, or to the pose of a place that only the user's list has."""
+    name = step.value("mark")
+    place = own_marks().get(name)
+    if place is not None and place.pose is not None and not place.on_chassis:
+        x, y, yaw = place.pose.x, place.pose.y, place.pose.yaw
+        return step.goal(lambda: step.chassis.go_to(x, y, yaw, timeout=None))
+    return step.goal(lambda: step.chassis.go_to_mark(name, timeout=None))
+
+
+def _go_to(step: StepRunner) -> Outcome:
+    x, y, yaw = step.value("x"), step.value("y"), math.radians(step.value("degrees"))
+    return step.goal(lambda: step.chassis.go_to(x, y, yaw, timeout=None))
+
+
+def _carry(direction: Direction) -> Callable[[StepRunner], Outcome]:
+    return lambda step: step.goal(lambda: step.chassis.carry(step.value("mark"), direction, timeout=None))
+
+
+def _charge(step: StepRunner) -> Outcome:
+    outcome = step.goal(lambda: step.chassis.charge(step.value("mark"), timeout=None))
+    percent = step.value("until_percent")
+    if outcome.arrived and percent:
+        step.until(lambda: step.battery() >= percent)
+    return outcome
+
+
+def _action(name: str, type_name: str, **fields: object) -> Callable[[StepRunner], Outcome]:
+    """A goal of an action server. A field that is a `str` names the step's key with its value."""
+
+    def run(step: StepRunner) -> Outcome:
+        values = {key: step.value(one) if isinstance(one, str) else one for key, one in fields.items()}
+        goal = from_dict(message_type(type_name), values)
+        return step.goal(lambda: step.chassis.action(name, goal, timeout=None))
+
+    return run
+
+
+def _lift(step: StepRunner) -> Outcome:
+    way = 1 if step.value("to") == "up" else 2  # UP, DOWN
+    return _action("/lift_control", "woosh_msgs/LiftControlGoal", mode=1, executeMode=way)(step)
+
+
+def _light(step: StepRunner) -> None:
+    step.chassis.light(step.value("state"), color=step.value("color") or None)
+
+
+def _picture(step: StepRunner) -> None:
+    from woosh_pure.web.camera import jpeg_of
+
+    stamp = datetime.now().strftime("%Y%m%d-%H%M%S-%f")
+    name = re.sub(r"[^\w.-]", "_", step.value("file") or "picture")
+    save_file(step.folder / f"{name}-{stamp}.jpg", jpeg_of(step.chassis.camera.wait(_READING_SECONDS)))
+
+
+def _call(step: StepRunner) -> None:
+    name = step.value("service")
+    if name.rpartition("/")[2] in ("exec_task",):
+        raise ValueError(
+            say("{name} moves the robot; use the steps that do, which know how to stop", name=name)
+        )
+    with step.chassis.node.service_client(name, None) as client:
+        client.call(from_dict(client.type.Request, step.value("request")), timeout=step.limit)
+
+
+def _reading(step: StepRunner) -> float | bool:
+    return step.battery() if step.value("value") == "battery" else step.input()
+
+
+_ACTIONS: Mapping[str, Callable[[StepRunner], Any]] = {
+    "go_to_mark": _go_to_mark,
+    "go_to": _go_to,
+    "park": lambda step: step.goal(lambda: step.chassis.park(step.value("mark"), timeout=None)),
+    "load": _carry(Direction.LOAD),
+    "unload": _carry(Direction.UNLOAD),
+    "charge": _charge,
+    "move": lambda step: step.goal(
+        lambda: step.chassis.move(step.value("metres"), speed=step.value("speed"))
+    ),
+    "rotate": lambda step: step.goal(lambda: step.chassis.rotate(step.value("degrees"), degrees=True)),
+    "dock": _action("/woosh_auto_dock", "woosh_msgs/AutoDock2Goal", tag_no="tag"),
+    "lift": _lift,
+    "wait": lambda step: step.until(lambda: False, step.value("seconds"), raises=False),
+    "wait_for_input": lambda step: step.until(lambda: step.input() is step.value("is")),
+    "wait_for_battery": lambda step: step.until(lambda: step.battery() >= step.value("percent")),
+    "light": _light,
+    "say": lambda step: step.chassis.say(step.value("text")),
+    "picture": _picture,
+    "call": _call,
+    "if": _reading,
+}
+"""For each kind that is not decided by the machine. A result that is an `Outcome` says how the goal ended."""
