@@ -41,7 +41,7 @@ class Key:
     """One key of a table.
 
     Attributes:
-        type: "text", "number", "whole", "bool", "table", "target" (a step's name or one of `TARGETS`), "mark".
+        type: A key of `_WORDS`; a target is the name of a step or one of `TARGETS`.
         default: None if the key must be given.
         low, high: Of a number.
         names: The allowed texts; empty for any.
@@ -275,7 +275,7 @@ def mission_of(data: Mapping[str, Any]) -> Mission:
         raise _wrong(("description",), description, Key("text").expected)
     parameters = _table(data, "parameters")
     for key, value in parameters.items():
-        if not isinstance(value, (str, bool, int, float)) or isinstance(value, float) and value != value:
+        if not isinstance(value, (str, bool, int, float)) or (isinstance(value, float) and value != value):
             raise _wrong(("parameters", key), value, say("a text, a number, true or false"))
     guards = _table(data, "guards")
     _check_table(("guards",), guards, GUARDS)

@@ -1,8 +1,8 @@
 """`Missions`: the missions of one chassis, their queue and the current run, as `chassis.missions`.
 
-One thread applies events to the machine, saves the state, and then begins what follows. The state is a file that
-one program at a time has open: the first call that changes something opens it. Another program on this computer
-reads it, and leaves its requests in a folder beside it, which that thread looks into.
+One thread applies events to the machine, saves the state, and then begins what follows. The state is a file
+that one program at a time has open: the first call that changes something opens it. Another program on this
+computer reads it, and leaves its requests in a folder beside it, which that thread looks into.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from woosh_pure.missions.machine import Event, Notice, Phase, Refused, Run, Stat
 from woosh_pure.missions.mission import Mission, MissionError, mission_of
 from woosh_pure.missions.steps import StepRunner
 from woosh_pure.missions.webhooks import Webhook
-from woosh_pure.reasons import ReasonKey, Ready
+from woosh_pure.reasons import Ready, ReasonKey
 from woosh_pure.stopping.report import StopReport
 
 if TYPE_CHECKING:
@@ -519,13 +519,16 @@ class Missions:
         run = self._state.run
         if run is None or run.phase.over or run.phase is Phase.INTERRUPTED or run.paused:
             return
-        reason, battery = reason or self._hindrance(run), None
+        reason = reason or self._hindrance(run)
         if machine.needs_ready(self._state):
             known = self._chassis.battery.known
             self._apply(machine.Ready(reason, None if known is None else known.value.percent))
 
     def _hindrance(self, run: Run) -> str:
-        """Why nothing may move now, "" if it may. An emergency stop pauses: its release must not move the robot."""
+        """Why nothing may move now, "" if it may.
+
+        An emergency stop pauses the run: its release must not move the robot.
+        """
         try:
             readiness = self._chassis.readiness()
         except RosError as error:

@@ -1,7 +1,7 @@
 """`Webhook`: sends the notices of missions to a URL, in order, until each has been taken.
 
-Only the person who starts the program names the URL; a mission file cannot. What was taken is kept with the state
-of the missions, so a restart goes on where it was. Redirects are not followed.
+Only the person who starts the program names the URL; a mission file cannot. What was taken is kept with the
+state of the missions, so a restart goes on where it was. Redirects are not followed.
 """
 
 from __future__ import annotations
