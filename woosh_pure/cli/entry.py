@@ -217,6 +217,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "task": ("woosh task carry P1 --load",),
     "task pause": ("woosh task pause",),
     "charge": ("woosh charge C1",),
+    "mission": ("woosh --sim mission run round.mission.toml", "woosh mission check round.mission.toml"),
     "move": ("woosh move 0.5", "woosh move -0.3 --speed 0.1"),
     "rotate": ("woosh rotate 90", "woosh rotate -45"),
     "map save": ("woosh map save hall",),

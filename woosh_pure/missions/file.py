@@ -5,11 +5,13 @@ from __future__ import annotations
 import bisect
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from rosproto.files import read_text, save_file
+from rosproto.profile import directory
 from rosproto.sentence import led, say
 from woosh_pure.missions import mission as model
 from woosh_pure.missions.mission import Mission, MissionError, mission_of
@@ -59,13 +61,91 @@ def load(path: str | Path) -> Mission:
         raise MissionError(say("{path} is not text in UTF-8", path=path)) from None
 
 
-def save(path: str | Path, mission: Mission) -> None:
-    """Write a file as a whole; an interrupted write leaves the old one.
+@dataclass(frozen=True, slots=True)
+class StoredMission:
+    """One file of the folder of missions; `mission` is None if it is faulty, and `error` says why."""
 
-    Raises:
-        OSError: It cannot be written.
-    """
-    save_file(path, text_of(mission).encode(), durable=True)
+    file: str
+    mission: Mission | None
+    error: str = ""
+
+
+class MissionFiles:
+    """The folder of the mission files of this user."""
+
+    @property
+    def files(self) -> Path:
+        """The folder of the mission files."""
+        return directory() / "missions"
+
+    def list(self) -> Sequence[StoredMission]:
+        """The files of the folder of missions, sorted by name."""
+        found = []
+        for path in sorted(self.files.glob(f"*{SUFFIX}")):
+            try:
+                found.append(StoredMission(path.name, load(path)))
+            except (MissionError, OSError) as error:
+                found.append(StoredMission(path.name, None, str(error)))
+        return found
+
+    def path(self, file: str | Path) -> Path:
+        """A file that exists: a path, or a name in the folder of missions, with or without its suffix.
+
+        Raises:
+            MissionError: There is none.
+        """
+        for path in (Path(file), self.files / file, self.files / f"{file}{SUFFIX}"):
+            if path.is_file():
+                return path
+        raise MissionError(
+            say("{file}: there is no such file, also not in {folder}", file=file, folder=self.files)
+        )
+
+    def load(self, file: str | Path) -> Mission:
+        """Read a file, see `path`.
+
+        Raises:
+            MissionError: It is faulty, or there is none.
+        """
+        return load(self.path(file))
+
+    def check(self, text: str, name: str = "mission") -> Mission:
+        """Check the text of a file.
+
+        Raises:
+            MissionError: It is faulty: line, column, what was found, what is allowed.
+        """
+        return parse(text, name)
+
+    def save(self, file: str, mission: Mission | Mapping[str, Any] | str) -> StoredMission:
+        """Write a file of the folder of missions: a mission, its `data()`, or its text as it is.
+
+        Raises:
+            MissionError: It is faulty, or `file` is not a name. Nothing is written.
+            OSError: It cannot be written.
+        """
+        if isinstance(mission, str):
+            checked, text = self.check(mission, file), mission
+        else:
+            checked = mission_of(mission.data() if isinstance(mission, Mission) else mission)
+            text = text_of(checked)
+        path = self._named(file)
+        save_file(path, text.encode(), durable=True)
+        return StoredMission(path.name, checked)
+
+    def remove(self, file: str) -> None:
+        """Delete a file of the folder of missions.
+
+        Raises:
+            MissionError: There is none.
+        """
+        self.path(self._named(file)).unlink()
+
+    def _named(self, file: str) -> Path:
+        name = file.removesuffix(SUFFIX)
+        if not re.fullmatch(r"[\w][\w .-]{0,99}", name):
+            raise MissionError(say("{file!r}: expected a name of letters, digits, blanks, _ . -", file=file))
+        return self.files / f"{name}{SUFFIX}"
 
 
 def text_of(mission: Mission) -> str:

@@ -186,10 +186,10 @@ class State:
 
     def to_json(self) -> dict[str, Any]:
         """As it is kept on disk; `state_of` is the way back."""
-        runs = [_run_json(run) for run in (*self.history, *((self.run,) if self.run else ()))]
+        runs = [run_json(run) for run in (*self.history, *((self.run,) if self.run else ()))]
         plain = {"paused": self.paused, "next_id": self.next_id, "delivered": self.delivered}
         notices = [asdict(notice) for notice in self.notices]
-        return {"queue": [_entry_json(e) for e in self.queue], "runs": runs, "notices": notices, **plain}
+        return {"queue": [entry_json(e) for e in self.queue], "runs": runs, "notices": notices, **plain}
 
 
 def state_of(data: Mapping[str, Any]) -> State:
@@ -205,7 +205,8 @@ def state_of(data: Mapping[str, Any]) -> State:
     return State(queue, run=run, history=past, notices=notices, **{key: data[key] for key in plain})
 
 
-def _entry_json(entry: Entry) -> dict[str, Any]:
+def entry_json(entry: Entry) -> dict[str, Any]:
+    """An entry as JSON, its mission as in a file."""
     return {**asdict(entry), "mission": entry.mission.data()}
 
 
@@ -215,8 +216,9 @@ def _entry_of(data: Mapping[str, Any]) -> Entry:
     return Entry(**{**data, "mission": mission_of(given) if "step" in given else Mission(**past)})
 
 
-def _run_json(run: Run) -> dict[str, Any]:
-    return {**asdict(run), "entry": _entry_json(run.entry)}
+def run_json(run: Run) -> dict[str, Any]:
+    """A run as JSON, for disk and clients."""
+    return {**asdict(run), "entry": entry_json(run.entry)}
 
 
 def _run_of(data: Mapping[str, Any]) -> Run:
@@ -234,6 +236,8 @@ def _run_of(data: Mapping[str, Any]) -> Run:
 
 class Refused(MissionError):
     """What was asked for is not possible in this state; nothing has changed."""
+
+    exit_code = 3
 
 
 # -- events and effects --------------------------------------------------------------------------------------

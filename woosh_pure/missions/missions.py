@@ -16,20 +16,19 @@ import uuid
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rosproto.errors import RosError, RosTimeout
 from rosproto.files import read_text, save_file
 from rosproto.logs import get_logger
-from rosproto.profile import directory
 from rosproto.sentence import say
 from woosh_pure.enums import TaskState
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.state_file import Store, StoreInUse, default_folder
-from woosh_pure.missions import file as mission_file
 from woosh_pure.missions import machine
+from woosh_pure.missions.file import MissionFiles
 from woosh_pure.missions.machine import Event, Notice, Phase, Refused, Run, State
 from woosh_pure.missions.mission import Mission, MissionError, mission_of
 from woosh_pure.missions.steps import StepRunner
@@ -70,15 +69,6 @@ class MissionFailed(ChassisError):
         self.run = run
 
 
-@dataclass(frozen=True, slots=True)
-class StoredMission:
-    """One file of the folder of missions; `mission` is None if it is faulty, and `error` says why."""
-
-    file: str
-    mission: Mission | None
-    error: str = ""
-
-
 class MissionHandle:
     """A mission that was started or appended; `id` is that of its run."""
 
@@ -116,7 +106,7 @@ class MissionHandle:
         return run
 
 
-class Missions:
+class Missions(MissionFiles):
     """The missions of one robot. Safe from any thread; nothing moves because this object is made.
 
         chassis.missions.run("round.mission.toml", {"target": "A1"}).wait()
@@ -128,7 +118,7 @@ class Missions:
     """
 
     def __init__(self, chassis: Chassis, folder: str | Path | None = None, *, carries: bool = True) -> None:
-        self._chassis, self._carries = chassis, carries
+        self._chassis, self.carries = chassis, carries
         self.folder = default_folder("missions") if folder is None else Path(folder)
         robot = re.sub(r"^https?://|/$", "", chassis.master_uri)
         used = say("another program carries the missions of {robot} out already", robot=robot)
@@ -146,82 +136,6 @@ class Missions:
 
     def __repr__(self) -> str:
         return f"<Missions {self._store.path}>"
-
-    # -- files
-
-    @property
-    def files(self) -> Path:
-        """The folder of the mission files."""
-        return directory() / "missions"
-
-    def list(self) -> Sequence[StoredMission]:
-        """The files of the folder of missions, sorted by name."""
-        found = []
-        for path in sorted(self.files.glob(f"*{mission_file.SUFFIX}")):
-            try:
-                found.append(StoredMission(path.name, mission_file.load(path)))
-            except (MissionError, OSError) as error:
-                found.append(StoredMission(path.name, None, str(error)))
-        return found
-
-    def path(self, file: str | Path) -> Path:
-        """A file that exists: a path, or a name in the folder of missions, with or without its suffix.
-
-        Raises:
-            MissionError: There is none.
-        """
-        for path in (Path(file), self.files / file, self.files / f"{file}{mission_file.SUFFIX}"):
-            if path.is_file():
-                return path
-        raise MissionError(
-            say("{file}: there is no such file, also not in {folder}", file=file, folder=self.files)
-        )
-
-    def load(self, file: str | Path) -> Mission:
-        """Read a file, see `path`.
-
-        Raises:
-            MissionError: It is faulty, or there is none.
-        """
-        return mission_file.load(self.path(file))
-
-    def check(self, text: str, name: str = "mission") -> Mission:
-        """Check the text of a file.
-
-        Raises:
-            MissionError: It is faulty: line, column, what was found, what is allowed.
-        """
-        return mission_file.parse(text, name)
-
-    def save(self, file: str, mission: Mission | Mapping[str, Any] | str) -> StoredMission:
-        """Write a file of the folder of missions: a mission, its `data()`, or its text as it is.
-
-        Raises:
-            MissionError: It is faulty, or `file` is not a name. Nothing is written.
-            OSError: It cannot be written.
-        """
-        if isinstance(mission, str):
-            checked, text = self.check(mission, file), mission
-        else:
-            checked = mission_of(mission.data() if isinstance(mission, Mission) else mission)
-            text = mission_file.text_of(checked)
-        path = self._named(file)
-        save_file(path, text.encode(), durable=True)
-        return StoredMission(path.name, checked)
-
-    def remove(self, file: str) -> None:
-        """Delete a file of the folder of missions.
-
-        Raises:
-            MissionError: There is none.
-        """
-        self.path(self._named(file)).unlink()
-
-    def _named(self, file: str) -> Path:
-        name = file.removesuffix(mission_file.SUFFIX)
-        if not re.fullmatch(r"[\w][\w .-]{0,99}", name):
-            raise MissionError(say("{file!r}: expected a name of letters, digits, blanks, _ . -", file=file))
-        return self.files / f"{name}{mission_file.SUFFIX}"
 
     # -- run and queue
 
@@ -397,7 +311,7 @@ class Missions:
             if self._thread is None:
                 self._store.lock()
                 self._state = self._read()
-                self._apply(machine.Restarted(self._carries))
+                self._apply(machine.Restarted(self.carries))
                 self._thread = threading.Thread(target=self._work, name="woosh:missions", daemon=True)
                 self._thread.start()
 

@@ -36,6 +36,7 @@ COMMANDS = {
     "goto": "drive to a mark, or to a pose in the map",
     "task": "run a task (pick, park, charge, carry), or pause, resume, cancel the running one",
     "charge": "drive to a charger and charge",
+    "mission": "run a named list of steps from a file: check, start, answer, pause, stop",
     "move": "move straight by metres (negative: backward), or sideways",
     "rotate": "turn in place by degrees (positive: to the left)",
     "drive": "drive by the keyboard: arrow keys or WASD; everything else stops",

@@ -1,0 +1,250 @@
+"""`woosh mission`: check, run and watch named lists of steps, from any terminal of this computer."""
+
+from __future__ import annotations
+
+import json
+import os
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+from rosproto.sentence import both, led, say
+from woosh_pure.cli.connection import chosen, connect
+from woosh_pure.cli.output import Output
+from woosh_pure.missions.file import MissionFiles, text_of
+from woosh_pure.missions.machine import Notice, Phase, entry_json, run_json
+from woosh_pure.missions.missions import MissionFailed, MissionHandle, Missions
+
+if TYPE_CHECKING:
+    from woosh_pure.missions.mission import Mission
+
+BY = "woosh mission"
+"""The name of who asks by these commands."""
+_FILE = "a file, or a name in the folder of missions"
+
+
+def add_mission(parser: ArgumentParser) -> None:
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+    run = verbs.add_parser("run", help="start a mission, and show its steps until it ends")
+    run.add_argument("file", metavar="FILE", help=_FILE)
+    run.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter")
+    add_webhook(run)
+    check = verbs.add_parser("check", help="say whether a file is a valid mission; moves nothing")
+    check.add_argument("file", metavar="FILE", help=_FILE)
+    verbs.add_parser("list", help="list the folder of missions")
+    show = verbs.add_parser("show", help="print a mission as it is saved, without comments")
+    show.add_argument("file", metavar="FILE", help=_FILE)
+    queue = verbs.add_parser("queue", help="show or change what comes next")
+    change = queue.add_mutually_exclusive_group()
+    change.add_argument("--append", metavar="FILE", help="append a mission")
+    change.add_argument("--remove", metavar="ID", help="remove an entry")
+    change.add_argument("--first", metavar="ID", help="move an entry to the first place")
+    change.add_argument("--clear", action="store_true", help="remove all entries")
+    queue.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter")
+    verbs.add_parser("pause", help="pause the running mission and the queue")
+    resume = verbs.add_parser("resume", help="let a paused or interrupted mission go on")
+    add_webhook(resume)
+    verbs.add_parser("stop", help="stop the robot, end the mission, and pause the queue")
+    answer = verbs.add_parser("answer", help="answer the question of the running mission")
+    answer.add_argument("answer", metavar="ANSWER", help="one of its answers")
+    verbs.add_parser("status", help="show the running mission, or the last one")
+
+
+def add_webhook(parser: ArgumentParser) -> None:
+    parser.add_argument(
+        "--webhook",
+        metavar="URL",
+        help="post start, steps, questions and end there, signed with $WOOSH_WEBHOOK_SECRET",
+    )
+
+
+def use_webhook(missions: Missions, args: Namespace) -> None:
+    """Add the webhook of the option, if it is given."""
+    if args.webhook:
+        missions.add_webhook(args.webhook, os.environ.get("WOOSH_WEBHOOK_SECRET", ""))
+
+
+def _apart(args: Namespace) -> Missions:
+    """The missions of the robot, without a connection to it: other programs carry them out."""
+    from woosh_pure.chassis import Chassis
+
+    address, host = chosen(args)
+    return Missions(Chassis(address, host=host, robot_api=False), carries=False)
+
+
+def run_mission(args: Namespace, out: Output) -> None:
+    _VERBS[args.verb](args, out)
+
+
+def _run(args: Namespace, out: Output) -> None:
+    with connect(args, out) as chassis:
+        missions = chassis.missions
+        mission = missions.load(args.file)
+        use_webhook(missions, args)
+        seen = _last(missions)
+        _follow(missions.run(args.file, _given(args.set, mission), by=BY), missions, seen, out)
+
+
+def _resume(args: Namespace, out: Output) -> None:
+    with connect(args, out) as chassis:
+        missions, run = chassis.missions, chassis.missions.status()
+        use_webhook(missions, args)
+        seen = _last(missions)
+        missions.resume(by=BY)
+        if run is not None and not run.phase.over:
+            _follow(MissionHandle(missions, run.entry.id), missions, seen, out)
+        elif (entries := missions.queue) and missions.carries:
+            for entry in entries:
+                _follow(MissionHandle(missions, entry.id), missions, seen, out)
+                seen = _last(missions)
+
+
+def _follow(handle: MissionHandle, missions: Missions, seen: int, out: Output) -> None:
+    """Print what happens until the mission ends."""
+
+    def over() -> bool:
+        nonlocal seen
+        for notice in missions.since(seen):
+            seen = notice.number
+            if notice.run == handle.id:
+                _say(notice, out)
+        run = handle.run
+        return run is not None and run.phase.over
+
+    missions.wait_for(over, None)
+    run = handle.wait(0.0, raises=False)
+    if not out.as_json:
+        over()
+    if run.phase is not Phase.DONE:
+        raise MissionFailed(run)
+
+
+def _say(notice: Notice, out: Output) -> None:
+    text = notice.text
+    if notice.kind == "step":
+        text = say("step {number}: {text}", number=notice.step + 1, text=notice.text)
+    elif notice.kind == "question":
+        answers = say(
+            "answer with `woosh mission answer ...`, one of: {names}", names=notice.values["answers"]
+        )
+        text = both(notice.text, answers)
+    elif notice.kind == "end":
+        text = both(str(notice.values["phase"]), *([notice.text] if notice.text else []))
+    out.line(f"{notice.mission}: {notice.kind}" if not text else led(notice.mission, text))
+    out.record(asdict(notice))
+
+
+def _last(missions: Missions) -> int:
+    notices = missions.state.notices
+    return notices[-1].number if notices else 0
+
+
+def _given(texts: Sequence[str], mission: Mission) -> dict[str, object]:
+    """The parameters of --set, each of the type of its default."""
+    found: dict[str, object] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise ValueError(say("--set {text}: expected NAME=VALUE", text=text))
+        default = mission.parameters.get(name)
+        try:
+            found[name] = value if default is None or isinstance(default, str) else json.loads(value)
+        except ValueError:
+            found[name] = value  # refused with what is expected
+    return found
+
+
+def _check(args: Namespace, out: Output) -> None:
+    mission = MissionFiles().load(args.file)
+    out.line("{name}: {count} steps, no fault", name=mission.name, count=len(mission.steps))
+    out.result({"ok": True, "name": mission.name, "steps": len(mission.steps)})
+
+
+def _list(args: Namespace, out: Output) -> None:
+    missions = MissionFiles()
+    found = missions.list()
+    for each in found:
+        name = each.error if each.mission is None else f"{each.mission.name}. {each.mission.description}"
+        out.line(out.cell(each.file, 32), name)
+    if not found:
+        out.line("no missions in {folder}", folder=missions.files)
+    out.result([{"file": each.file, "error": each.error} for each in found])
+
+
+def _show(args: Namespace, out: Output) -> None:
+    mission = MissionFiles().load(args.file)
+    out.answer(mission.data(), text_of(mission).rstrip())
+
+
+def _queue(args: Namespace, out: Output) -> None:
+    missions = _apart(args)
+    if args.append:
+        mission = missions.load(args.append)
+        missions.append(args.append, _given(args.set, mission), by=BY)
+    elif args.remove:
+        missions.unqueue(args.remove, by=BY)
+    elif args.first:
+        missions.reorder(args.first, 0, by=BY)
+    elif args.clear:
+        missions.clear(by=BY)
+    state = missions.state
+    for entry in state.queue:
+        out.line(f"{entry.id}: {entry.mission.name}")
+    if not state.queue:
+        out.line("the queue is empty")
+    elif state.paused:
+        out.line("the queue is paused; `woosh mission resume` lets it go on")
+    out.result({"paused": state.paused, "queue": [entry_json(entry) for entry in state.queue]})
+    missions.close()
+
+
+def _pause(args: Namespace, out: Output) -> None:
+    missions = _apart(args)
+    missions.pause(by=BY)
+    _tell(missions, out)
+
+
+def _stop(args: Namespace, out: Output) -> None:
+    with connect(args, out) as chassis:
+        missions = Missions(chassis, carries=False)
+        report = missions.stop(by=BY)
+        out.line(str(report))
+        _tell(missions, out)
+
+
+def _answer(args: Namespace, out: Output) -> None:
+    missions = _apart(args)
+    missions.answer(args.answer, by=BY)
+    _tell(missions, out)
+
+
+def _status(args: Namespace, out: Output) -> None:
+    _tell(_apart(args), out)
+
+
+def _tell(missions: Missions, out: Output) -> None:
+    """Print the run, and end."""
+    state = missions.state
+    run = state.run
+    if run is None:
+        out.line("no mission has run yet")
+    else:
+        where = "{name}: {phase}, step {number} of {count}"
+        phase = "paused" if run.paused else run.phase.value
+        facts = {"name": run.entry.mission.name, "phase": say(phase), "number": run.at + 1}
+        out.line(where, **facts, count=len(run.entry.mission.steps))
+        if run.question is not None:
+            asked = "{text} Answer with one of: {names}"
+            out.line(asked, text=run.question.text, names=list(run.question.answers))
+        for text in filter(None, (run.reason, state.disk)):
+            out.line(text)
+    count = len(state.queue)
+    out.result({"run": run and run_json(run), "queue": count, "paused": state.paused, "disk": state.disk})
+    missions.close()
+
+
+_VERBS: Mapping[str, Callable[[Namespace, Output], None]] = {
+    "run": _run, "check": _check, "list": _list, "show": _show, "queue": _queue, "pause": _pause,
+    "resume": _resume, "stop": _stop, "answer": _answer, "status": _status,
+}  # fmt: skip
