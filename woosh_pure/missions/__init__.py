@@ -6,6 +6,7 @@ from woosh_pure.missions.mission import KINDS, STEP_KEYS, Mission, MissionError,
 from woosh_pure.missions.missions import MissionFailed, MissionHandle, Missions
 
 __all__ = [
-    "KINDS", "STEP_KEYS", "Entry", "Mission", "MissionError", "MissionFailed", "MissionHandle", "Missions", "Notice", "Phase",
-    "Question", "Run", "State", "Step", "StoredMission", "entry_json", "mission_of", "parse", "run_json", "text_of",
+    "KINDS", "STEP_KEYS", "Entry", "Mission", "MissionError", "MissionFailed", "MissionHandle", "Missions",
+    "Notice", "Phase", "Question", "Run", "State", "Step", "StoredMission", "entry_json", "mission_of",
+    "parse", "run_json", "text_of",
 ]  # fmt: skip

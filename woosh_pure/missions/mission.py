@@ -197,7 +197,8 @@ class Step:
         """As in the file: keys that have their defaults are left out."""
         common = {key: getattr(self, key) for key, one in STEP_KEYS.items()}
         given = {key: value for key, value in common.items() if value != STEP_KEYS[key].default}
-        return {"do": self.do, **self.values, **given}
+        named = {"name": given.pop("name")} if self.name else {}
+        return {**named, "do": self.do, **self.values, **given}
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,6 +24,7 @@ from rosproto.errors import RosError, RosTimeout
 from rosproto.files import read_text, save_file
 from rosproto.logs import get_logger
 from rosproto.sentence import say
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import TaskState
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.state_file import Store, StoreInUse, default_folder
@@ -125,7 +126,9 @@ class Missions(MissionFiles):
         self._store = Store(self.folder, "missions", robot, in_use=used)
         self._requests = self._store.path.with_suffix(".requests")
         self._opening, self._changed = threading.Lock(), threading.Condition()
-        self._inbox: queue.SimpleQueue[tuple[Event, Future[str]] | None] = queue.SimpleQueue()
+        self._inbox: queue.SimpleQueue[tuple[Event, Future[str], CallScope | None] | None] = (
+            queue.SimpleQueue()
+        )
         self._thread: threading.Thread | None = None
         self._state = State()  # of a program that has it open
         self._step: StepRunner | None = None
@@ -208,7 +211,7 @@ class Missions(MissionFiles):
         """Stop the robot, end the run as stopped, and pause the queue."""
         done: Future[str] = Future()
         if opened := self._thread is not None:
-            self._inbox.put((machine.Stop(by), done))
+            self._inbox.put((machine.Stop(by), done, self._chassis.request()))
         report = self._chassis.stop(everything=True)
         if not opened:
             self._ask(machine.Stop(by))
@@ -269,7 +272,7 @@ class Missions(MissionFiles):
         self._webhook = Webhook(url, secret, lambda: self.state, self._delivered)
 
     def _delivered(self, number: int) -> None:
-        self._inbox.put((machine.Delivered(number), Future()))
+        self._report(machine.Delivered(number))
 
     def close(self) -> None:
         """Cancel what runs: the run is interrupted, and can be resumed. Idempotent, bounded."""
@@ -296,7 +299,7 @@ class Missions(MissionFiles):
         except StoreInUse:
             return self._ask_other(event)
         done: Future[str] = Future()
-        self._inbox.put((event, done))
+        self._inbox.put((event, done, self._chassis.request()))
         try:
             return done.result(_ASK_SECONDS)
         except TimeoutError as late:
@@ -340,7 +343,7 @@ class Missions(MissionFiles):
             raise MissionError(answer["error"])
         return str(answer["id"])
 
-    def _take_requests(self) -> None:
+    def _take_requests(self, stopped: bool) -> None:
         for path in sorted(self._requests.glob("*.json")) if self._requests.is_dir() else ():
             answer: dict[str, str] = {}
             try:
@@ -348,8 +351,9 @@ class Missions(MissionFiles):
                 kind = _REMOTE[values.pop("event")]
                 if kind is machine.Append:
                     values["mission"] = mission_of(values["mission"])
-                answer = {"id": str(self._state.next_id)}
-                self._apply(kind(**values))
+                event, answer = kind(**values), {"id": str(self._state.next_id)}
+                self._require_wanted(event, stopped)
+                self._apply(event)
             except (ValueError, KeyError, TypeError, OSError) as error:
                 answer = {"error": str(error)}
             path.unlink(missing_ok=True)
@@ -374,12 +378,14 @@ class Missions(MissionFiles):
                         self._apply(machine.Stop(say("a stop of the robot")))
                     if asked is not None:
                         self._answer(*asked)
+                    self._take_requests(stopped)
                     self._on_time(time.monotonic())
             except Exception:
                 _log.exception("! an internal error of the missions; they go on")
 
-    def _answer(self, event: Event, done: Future[str]) -> None:
+    def _answer(self, event: Event, done: Future[str], request: CallScope | None) -> None:
         try:
+            self._require_wanted(event, request is not None and request.overtaken)
             new = str(self._state.next_id)
             if isinstance(event, machine.Resume):
                 self._settle()
@@ -388,6 +394,16 @@ class Missions(MissionFiles):
             done.set_exception(refusal)
         else:
             done.set_result(new)
+
+    @staticmethod
+    def _require_wanted(event: Event, stopped: bool) -> None:
+        """Refuse what would let a mission go on if the robot was stopped after it was asked for.
+
+        Raises:
+            Refused: It was.
+        """
+        if stopped and isinstance(event, (machine.Append, machine.Resume, machine.Answer)):
+            raise Refused(say("somebody stopped the robot meanwhile; look, and ask again"))
 
     def _apply(self, event: Event) -> None:
         """Apply an event: end what must end, save the state, and then begin what follows."""
@@ -416,8 +432,8 @@ class Missions(MissionFiles):
                 report, pictures = self._report, self.folder / "pictures"
                 self._step = StepRunner(self._chassis, effect, self._chassis.request(), report, pictures)
 
-    def _report(self, end: machine.StepEnded | machine.Sent) -> None:
-        self._inbox.put((end, Future()))
+    def _report(self, event: Event) -> None:
+        self._inbox.put((event, Future(), None))
 
     def _on_time(self, now: float) -> None:
         if self._state.disk and now >= self._due["disk"]:
@@ -425,7 +441,6 @@ class Missions(MissionFiles):
             with suppress(OSError):
                 self._store.save(replace(self._state, disk="").to_json())
                 self._apply(machine.Disk(""))
-        self._take_requests()
         run = self._state.run
         if run is not None and run.deadline is not None and now >= run.deadline:
             self._apply(machine.Tick())

@@ -10,7 +10,8 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from rosproto.sentence import both, led, say
-from woosh_pure.cli.connection import chosen, connect
+from woosh_pure.cli.arguments import add_watchdog
+from woosh_pure.cli.connection import chosen, connect, watchdog_of
 from woosh_pure.cli.output import Output
 from woosh_pure.missions.file import MissionFiles, text_of
 from woosh_pure.missions.machine import Notice, Phase, entry_json, run_json
@@ -29,7 +30,6 @@ def add_mission(parser: ArgumentParser) -> None:
     run = verbs.add_parser("run", help="start a mission, and show its steps until it ends")
     run.add_argument("file", metavar="FILE", help=_FILE)
     run.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter")
-    add_webhook(run)
     check = verbs.add_parser("check", help="say whether a file is a valid mission; moves nothing")
     check.add_argument("file", metavar="FILE", help=_FILE)
     verbs.add_parser("list", help="list the folder of missions")
@@ -44,7 +44,9 @@ def add_mission(parser: ArgumentParser) -> None:
     queue.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter")
     verbs.add_parser("pause", help="pause the running mission and the queue")
     resume = verbs.add_parser("resume", help="let a paused or interrupted mission go on")
-    add_webhook(resume)
+    for verb in (run, resume):
+        add_webhook(verb)
+        add_watchdog(verb)
     verbs.add_parser("stop", help="stop the robot, end the mission, and pause the queue")
     answer = verbs.add_parser("answer", help="answer the question of the running mission")
     answer.add_argument("answer", metavar="ANSWER", help="one of its answers")
@@ -57,6 +59,7 @@ def add_webhook(parser: ArgumentParser) -> None:
         metavar="URL",
         help="post start, steps, questions and end there, signed with $WOOSH_WEBHOOK_SECRET",
     )
+    add_watchdog(parser)
 
 
 def use_webhook(missions: Missions, args: Namespace) -> None:
@@ -78,7 +81,7 @@ def run_mission(args: Namespace, out: Output) -> None:
 
 
 def _run(args: Namespace, out: Output) -> None:
-    with connect(args, out) as chassis:
+    with watchdog_of(args) as watchdog, connect(args, out, watchdog=watchdog) as chassis:
         missions = chassis.missions
         mission = missions.load(args.file)
         use_webhook(missions, args)
@@ -87,7 +90,7 @@ def _run(args: Namespace, out: Output) -> None:
 
 
 def _resume(args: Namespace, out: Output) -> None:
-    with connect(args, out) as chassis:
+    with watchdog_of(args) as watchdog, connect(args, out, watchdog=watchdog) as chassis:
         missions, run = chassis.missions, chassis.missions.status()
         use_webhook(missions, args)
         seen = _last(missions)

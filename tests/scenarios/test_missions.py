@@ -1,0 +1,419 @@
+"""Missions over the simulated chassis: what they do, what stops them, and what they survive."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import hmac
+import json
+import random
+import threading
+import time
+from collections.abc import Callable, Iterator
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support import mission_kills
+from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.fleet import state_file
+from woosh_pure.missions import Mission, MissionError, MissionFailed, Missions, Notice, Phase, Run, parse
+
+HEAD = 'mission = 1\nname = "test"\n'
+
+
+def mission(*steps: str, head: str = "") -> Mission:
+    """A mission of steps, one line each."""
+    tables = "".join("[[step]]\n" + step.replace("; ", "\n") + "\n" for step in steps)
+    return parse(HEAD + head.replace("; ", "\n") + "\n" + tables)
+
+
+@pytest.fixture
+def missions(chassis: Chassis, tmp_path: Path) -> Iterator[Missions]:
+    """The missions of the chassis, in a folder of their own."""
+    made = Missions(chassis, tmp_path)
+    yield made
+    made.close()
+
+
+def run_of(missions: Missions) -> Run:
+    run = missions.status()
+    assert run is not None
+    return run
+
+
+def reach(missions: Missions, accept: Callable[[Run], object], seconds: float = 20.0) -> Run:
+    """Wait until the run is so, and return it."""
+    missions.wait_for(lambda: bool(missions.status() and accept(run_of(missions))), seconds)
+    return run_of(missions)
+
+
+def running(run: Run) -> bool:
+    return run.phase is Phase.RUNNING
+
+
+# -- what they do
+
+
+def test_a_round_asks_and_goes_on_with_the_answer(sim: SimulatedChassis, missions: Missions) -> None:
+    """The answer leads to its step, and the mission has the lease while it waits for it."""
+    ask = 'do = "ask"; text = "Loaded?"; answers = { yes = "home", no = "stop" }'
+    handle = missions.run(
+        mission(
+            'do = "go_to_mark"; mark = "A1"',
+            ask,
+            'do = "wait"; seconds = 60',
+            'name = "home"; do = "park"; mark = "P1"',
+        )
+    )
+    run = reach(missions, lambda run: run.question)
+    assert run.question is not None
+    assert run.question.text == "Loaded?"
+    assert missions._chassis.lease.holder == "mission test"
+    with pytest.raises(MissionError, match="yes, no"):
+        missions.answer("perhaps")
+    missions.answer("yes", by="Anna")
+    assert handle.wait(20.0).phase is Phase.DONE
+    assert sim.pose.distance_to(sim.world.site.marks["P1"].pose) < 0.05
+    assert missions._chassis.lease.holder is None
+    kinds = [notice.kind for notice in missions.since(0)]
+    assert kinds == ["start", "step", "question", "answer", "step", "end"]
+
+
+def test_a_parameter_is_filled_in_and_a_wrong_one_refused(sim: SimulatedChassis, missions: Missions) -> None:
+    """A parameter has the type of its default."""
+    made = mission('do = "move"; metres = "$way"', head="[parameters]; way = 0.2")
+    with pytest.raises(MissionError, match="expected a number"):
+        missions.run(made, {"way": "far"})
+    with pytest.raises(MissionError, match="did you mean way"):
+        missions.run(made, {"wya": 1.0})
+    before = sim.pose
+    missions.run(made, {"way": 0.4}).wait(20.0)
+    assert before.distance_to(sim.pose) == pytest.approx(0.4, abs=0.05)
+
+
+def test_a_failed_step_is_tried_again_and_then_leads_where_the_file_says(
+    sim: SimulatedChassis, missions: Missions
+) -> None:
+    """After its retries a step fails, on_failure leads on, and on_abort follows a failure of the mission."""
+    sim.fail_task()
+    missions.run(mission('do = "go_to_mark"; mark = "A1"; retries = 1; retry_pause = 0.1')).wait(20.0)
+    assert run_of(missions).ended == ((0, False), (0, True))
+    sim.fail_task("wheel slips")
+    made = parse(
+        HEAD + '[[step]]\ndo = "go_to_mark"\nmark = "B1"\n[[on_abort]]\ndo = "light"\nstate = "red"\n'
+    )
+    with pytest.raises(MissionFailed, match="wheel slips"):
+        missions.run(made).wait(20.0)
+    assert [notice.text for notice in missions.since(0) if notice.kind == "step"][-1] == "light"
+
+
+def test_a_queue_is_carried_out_in_its_order(missions: Missions) -> None:
+    """Entries begin one after the other; removed ones do not."""
+    first = missions.run(mission('do = "wait"; seconds = 0.5'))
+    ids = [missions.append(mission('do = "wait"; seconds = 0')).id for _ in range(3)]
+    missions.reorder(ids[2], 0)
+    missions.unqueue(ids[1])
+    assert [entry.id for entry in missions.queue] == [ids[2], ids[0]]
+    with pytest.raises(MissionError, match="append yours to the queue"):
+        missions.run(mission('do = "wait"; seconds = 0'))
+    first.wait(10.0)
+    missions.wait_for(lambda: not missions.queue and run_of(missions).phase.over, 10.0)
+    started = [notice.run for notice in missions.since(0) if notice.kind == "start"]
+    assert started == [first.id, ids[2], ids[0]]
+
+
+def test_an_input_of_the_robot_is_waited_for_until_its_timeout(missions: Missions) -> None:
+    """A wait that has a timeout fails when it passes."""
+    with pytest.raises(MissionFailed, match="did not come within"):
+        missions.run(mission('do = "wait_for_input"; input = 1; timeout = 0.5')).wait(15.0)
+
+
+# -- what stops them
+
+
+def stands(sim: SimulatedChassis, seconds: float = 1.0) -> bool:
+    """Whether it does not move for a while of its time."""
+    before, end = sim.pose, sim.now() + seconds
+    while sim.now() < end:
+        time.sleep(0.02)
+    return sim.pose.distance_to(before) < 0.01
+
+
+@pytest.mark.parametrize("who", ["this program", "another program", "the mission's own stop"])
+def test_a_stop_by_anybody_ends_the_run_and_pauses_the_queue(
+    sim: SimulatedChassis, chassis: Chassis, missions: Missions, real_time: Callable[[], None], who: str
+) -> None:
+    """Nothing of the queue begins after a stop."""
+    missions.run(mission('do = "go_to_mark"; mark = "A1"', 'do = "go_to_mark"; mark = "B1"'))
+    missions.append(mission('do = "go_to_mark"; mark = "B1"'))
+    reach(missions, running)
+    if who == "this program":
+        chassis.stop()
+    elif who == "another program":
+        with Chassis(sim.master_uri) as other:
+            other.stop(everything=True)
+    else:
+        assert missions.stop(by="Anna").standing
+    assert reach(missions, lambda run: run.phase.over).phase is Phase.STOPPED
+    assert missions.state.paused
+    assert len(missions.queue) == 1
+    real_time()
+    assert stands(sim, 3.0)
+    assert missions.status() is not None
+    assert len(missions.queue) == 1
+
+
+def test_a_stop_while_a_question_waits_ends_the_run(chassis: Chassis, missions: Missions) -> None:
+    """A stop counts although nothing moves: the answer that follows must not move the robot."""
+    missions.run(
+        mission('do = "ask"; text = "?"; answers = { a = "next", b = "next" }', 'do = "move"; metres = 1')
+    )
+    reach(missions, lambda run: run.question)
+    chassis.stop()
+    assert reach(missions, lambda run: run.phase.over).phase is Phase.STOPPED
+    with pytest.raises(MissionError, match="no question"):
+        missions.answer("a")
+
+
+def test_an_emergency_stop_pauses_and_its_release_moves_nothing(
+    sim: SimulatedChassis, chassis: Chassis, missions: Missions
+) -> None:
+    """Whoever releases the button is not surprised by a robot that drives on."""
+    sim.press_emergency_stop()
+    chassis.status.wait(5.0, new=False)
+    missions.run(mission('do = "go_to_mark"; mark = "A1"'))
+    reach(missions, lambda run: run.paused)
+    sim.release_emergency_stop()
+    assert stands(sim, 3.0)
+    assert run_of(missions).paused
+    chassis.wait_until_ready(10.0)
+    missions.resume()
+    assert reach(missions, lambda run: run.phase.over).phase is Phase.DONE
+
+
+def test_it_waits_while_readiness_is_not_yes_and_says_why(sim: SimulatedChassis, missions: Missions) -> None:
+    """The reason is shown, and the run goes on when it is over."""
+    sim.plug_cable()
+    missions.run(mission('do = "go_to_mark"; mark = "A1"'))
+    assert "cable" in reach(missions, lambda run: run.reason).reason
+    assert run_of(missions).phase is Phase.WAITING
+    sim.plug_cable(False)
+    assert reach(missions, lambda run: run.phase.over).phase is Phase.DONE
+
+
+def test_it_waits_for_the_lease_of_another(chassis: Chassis, missions: Missions) -> None:
+    """A person who drives by hand is not disturbed; that person's own mission takes the lease over."""
+    chassis.lease.acquire("Anna")
+    missions.run(mission('do = "move"; metres = 0.1'), by="Ben")
+    assert "Anna commands" in reach(missions, lambda run: run.reason).reason
+    chassis.lease.release("Anna")
+    assert reach(missions, lambda run: run.phase.over).phase is Phase.DONE
+    chassis.lease.acquire("Anna")
+    missions.run(mission('do = "move"; metres = 0.1'), by="Anna").wait(20.0)
+
+
+def test_a_pause_holds_the_robot_and_a_resume_goes_on(
+    sim: SimulatedChassis, missions: Missions, real_time: Callable[[], None]
+) -> None:
+    """A step that was paused is not a step that has ended."""
+    handle = missions.run(mission('do = "go_to_mark"; mark = "A1"'))
+    reach(missions, running)
+    missions.pause(by="Anna")
+    time.sleep(0.5)  # it slows down
+    assert stands(sim, 1.0)
+    real_time()
+    missions.resume(by="Anna")
+    assert handle.wait(30.0).ended == ((0, True),)
+
+
+def test_a_low_battery_is_charged_first(sim: SimulatedChassis, chassis: Chassis, missions: Missions) -> None:
+    """The guard inserts charging before the step, and the mission goes on then."""
+    chassis.battery.wait(5.0, new=False)
+    sim.set_battery(10.0)
+    chassis.battery.wait_for(lambda battery: battery.percent < 15, 10.0)
+    head = '[guards]; battery_below = 20; charger = "C1"; charge_until = 11'
+    missions.run(mission('do = "go_to_mark"; mark = "A1"', head=head))
+    assert reach(missions, running).charging
+    chassis.wait_until_ready(20.0)
+    sim.set_battery(60.0)
+    assert reach(missions, lambda run: run.phase.over, 40.0).phase is Phase.DONE
+    assert [notice.text for notice in missions.since(0) if notice.kind == "step"] == ["charge", "go_to_mark"]
+
+
+# -- what they survive
+
+
+def test_a_lost_link_leaves_the_step_not_known(sim: SimulatedChassis, missions: Missions) -> None:
+    """The robot may have gone on by itself, so a person is asked, and nothing is begun before."""
+    sim.speed = 1.0
+    missions.run(mission('do = "go_to_mark"; mark = "A1"', 'do = "go_to_mark"; mark = "B1"'))
+    reach(missions, running)
+    sim.drop_link(60.0)
+    run = reach(missions, lambda run: run.question, 40.0)
+    assert run.question is not None
+    assert run.question.unknown
+    assert run.at == 0
+
+
+def test_a_full_disk_lets_nothing_begin(
+    sim: SimulatedChassis, missions: Missions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What cannot be written down does not happen; it goes on when there is room, and a stop works meanwhile."""
+    missions.run(
+        mission('do = "wait"; seconds = 0.5', 'do = "move"; metres = 0.3', 'do = "move"; metres = 0.3')
+    )
+    full = threading.Event()
+    full.set()
+    save = state_file.save_file
+
+    def save_file(path: Any, data: bytes, **options: Any) -> None:
+        if full.is_set():
+            raise OSError(errno.ENOSPC, "No space left on device", str(path))
+        save(path, data, **options)
+
+    monkeypatch.setattr(state_file, "save_file", save_file)
+    missions.wait_for(lambda: bool(missions.state.disk), 10.0)
+    assert stands(sim, 3.0)
+    with pytest.raises(MissionError, match="cannot be kept"):
+        missions.append(mission('do = "wait"; seconds = 0'))
+    full.clear()
+    assert reach(missions, lambda run: run.phase.over).phase is Phase.DONE
+
+
+def test_two_programs_with_one_folder_carry_a_mission_out_once(
+    sim: SimulatedChassis, chassis: Chassis, missions: Missions, tmp_path: Path
+) -> None:
+    """The second one's requests reach the first."""
+    ask = 'do = "ask"; text = "?"; answers = { a = "next", b = "next" }'
+    missions.run(mission(ask))
+    reach(missions, lambda run: run.question)
+    with Chassis(sim.master_uri) as other_chassis:
+        other = Missions(other_chassis, tmp_path)
+        assert run_of(other).question is not None
+        added = other.append(mission('do = "wait"; seconds = 0'), by="other")
+        assert [entry.id for entry in missions.queue] == [added.id]
+        with pytest.raises(MissionError, match="expected one of: a, b"):
+            other.answer("c")
+        other.answer("a", by="other")
+        assert added.wait(10.0).phase is Phase.DONE
+        other.close()
+
+
+def test_a_file_that_changes_while_it_runs_changes_the_next_run_only(
+    missions: Missions, tmp_path: Path
+) -> None:
+    """A run has a copy of the steps."""
+    file = tmp_path / "a.mission.toml"
+    file.write_text(HEAD + '[[step]]\ndo = "wait"\nseconds = 0.5\n[[step]]\ndo = "wait"\nseconds = 0\n')
+    handle = missions.run(file)
+    file.write_text("nonsense")
+    assert handle.wait(10.0).ended == ((0, True), (1, True))
+    with pytest.raises(MissionError, match=r"line 1, column \d+: not TOML"):
+        missions.run(file)
+
+
+def test_a_clock_that_is_set_back_changes_no_time_limit(
+    missions: Missions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Time limits are those of a clock that nobody sets."""
+    now = time.time()
+    ask = 'do = "ask"; text = "?"; answers = { a = "next", b = "stop" }; timeout = 1; default = "a"'
+    handle = missions.run(mission(ask, 'do = "wait"; seconds = 0.2'))
+    reach(missions, lambda run: run.question)
+    monkeypatch.setattr(time, "time", lambda: now - 86400.0)
+    assert handle.wait(10.0).answer == "a"
+
+
+def test_a_program_that_ends_leaves_its_run_interrupted(
+    sim: SimulatedChassis, chassis: Chassis, missions: Missions, tmp_path: Path
+) -> None:
+    """The next program moves nothing, asks what became of the step, and begins no finished step again."""
+    sim.speed = 1.0
+    missions.run(
+        mission('do = "wait"; seconds = 0', 'do = "go_to_mark"; mark = "A1"', 'do = "wait"; seconds = 0')
+    )
+    missions.append(mission('do = "move"; metres = 1'))
+    reach(missions, lambda run: running(run) and run.at == 1)
+    missions.close()
+    again = Missions(chassis, tmp_path)
+    again.pause()
+    run = run_of(again)
+    assert run.phase is Phase.INTERRUPTED
+    assert stands(sim)
+    again.clear()
+    again.resume()
+    assert reach(again, lambda run: run.question).question.unknown  # type: ignore[union-attr]
+    again.answer("done")
+    assert reach(again, lambda run: run.phase.over).ended == ((0, True), (1, True), (2, True))
+    again.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(3))
+def test_no_step_twice_and_no_motion_by_itself_after_kill_9(tmp_path: Path, number: int) -> None:
+    """Killed at a random moment, a mission goes on when a person says so, without doing anything twice."""
+    with SimulatedChassis(speed=4, full_graph=False) as sim:
+        mission_kills.kill_once(sim, tmp_path, random.uniform(0.0, 2.0))
+
+
+# -- webhooks
+
+
+class _Receiver(HTTPServer):
+    """Takes posts, after some that it refuses."""
+
+    def __init__(self, refusals: int) -> None:
+        super().__init__(("127.0.0.1", 0), _Handler)
+        self.refusals = refusals
+        self.taken: list[tuple[dict[str, str], bytes]] = []
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Receiver
+
+    def do_POST(self) -> None:
+        body = self.rfile.read(int(self.headers["Content-Length"]))
+        self.server.refusals -= 1
+        refused = self.server.refusals >= 0
+        if not refused:
+            self.server.taken.append((dict(self.headers), body))
+        self.send_response(503 if refused else 204)
+        self.end_headers()
+
+    def log_message(self, *_: object) -> None:
+        """Nothing is printed."""
+
+
+def test_a_webhook_gets_signed_events_again_until_it_takes_them(
+    missions: Missions, until: Callable[..., None]
+) -> None:
+    """In order, each with an id, signed with the secret; a refused one is sent again."""
+    with _Receiver(refusals=1) as receiver:
+        threading.Thread(target=receiver.serve_forever, daemon=True).start()
+        missions.add_webhook(f"http://127.0.0.1:{receiver.server_port}/hook", "a secret of us")
+        missions.run(mission('do = "wait"; seconds = 0')).wait(10.0)
+        until(lambda: len(receiver.taken) == 3)
+        until(lambda: missions.state.delivered == missions.state.notices[-1].number)
+        receiver.shutdown()
+    assert [json.loads(body)["kind"] for _, body in receiver.taken] == ["start", "step", "end"]
+    assert len({headers["Webhook-Id"] for headers, _ in receiver.taken}) == 3
+    for headers, body in receiver.taken:
+        expected = hmac.new(b"a secret of us", body, hashlib.sha256).hexdigest()
+        assert headers["Webhook-Signature"] == f"sha256={expected}"
+
+
+def test_a_webhook_needs_a_secret(missions: Missions) -> None:
+    """An unsigned event could come from anybody."""
+    with pytest.raises(ValueError, match="WOOSH_WEBHOOK_SECRET"):
+        missions.add_webhook("http://127.0.0.1:1/", "")
+
+
+def test_notices_have_numbers_that_grow(missions: Missions) -> None:
+    """A client that asks for what is new misses nothing."""
+    missions.run(mission('do = "wait"; seconds = 0')).wait(10.0)
+    found: list[Notice] = list(missions.since(0))
+    assert [notice.number for notice in found] == list(range(1, len(found) + 1))
+    assert list(missions.since(found[0].number)) == found[1:]
