@@ -39,7 +39,7 @@ GROUPS = (
     Group("woosh", "woosh-state", "state, sensors, lights and voice",
           ("status", "ready", "watch", "battery", "faults", "imu", "scan", "camera", "cloud", "led", "say")),
     Group("woosh", "woosh-drive", "driving and stopping",
-          ("goto", "task", "charge", "move", "rotate", "drive", "stop")),
+          ("goto", "task", "charge", "move", "rotate", "drive", "mission", "stop")),
     Group("woosh", "woosh-maps", "maps, marks and navigation",
           ("localization", "map", "plan", "costmap", "footprint", "mode", "marks", "api")),
     Group("woosh", "woosh-servers", "recording and servers",

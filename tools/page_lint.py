@@ -116,7 +116,7 @@ def installing(root: Path) -> Iterator[str]:
         )
         told |= {name for found in extra.findall(text) for name in found.split(",")}
     yield from (f"there is no extra {name}" for name in sorted(told - known))
-    expected = {"web", "fleet", "bridge", "mcap", "arrow", "remote", "ros2", "test"}
+    expected = {"web", "fleet", "missions", "bridge", "mcap", "arrow", "remote", "ros2", "test"}
     yield from (f"nothing says how to install the extra {name}" for name in sorted(expected - told))
 
 
@@ -158,7 +158,7 @@ PACKAGES = [
     "rosproto", "rosproto.action", "rosproto.aio", "rosproto.bag", "rosproto.gateway",
     "rosproto.gateway.foxglove", "rosproto.gateway.rosbridge.rosapi", "rosproto.node", "rosproto.numeric",
     "rosproto.recording", "rosproto.tf", "woosh_pure", "woosh_pure.aio", "woosh_pure.api_server",
-    "woosh_pure.fleet", "woosh_pure.sim", "woosh_pure.web",
+    "woosh_pure.fleet", "woosh_pure.missions", "woosh_pure.sim", "woosh_pure.web",
 ]  # fmt: skip
 BUILDING_BLOCKS = {"BagSeries", "MessageBuffer", "Pacer", "bag_name"}
 """What Recorder and Player are made of; rosproto.master likewise, of which Master is a name of rosproto's."""

@@ -24,6 +24,6 @@ def toml_values(text: str, extra: str) -> dict[str, Any]:
         try:
             import tomli as tomllib
         except ImportError as error:
-            wanted = 'TOML needs tomli before Python 3.11: pip install ".[{extra}]"'
+            wanted = 'a TOML file needs tomli before Python 3.11: pip install ".[{extra}]"'
             raise ImportError(say(wanted, extra=extra), name="tomli") from error
     return tomllib.loads(text)

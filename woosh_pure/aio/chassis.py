@@ -7,7 +7,7 @@ import inspect
 import logging
 from collections.abc import Callable, Coroutine, Generator
 from types import TracebackType
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
 
 from rosproto import aio as ros
 from rosproto.aio import SameProperty
@@ -26,6 +26,9 @@ from woosh_pure.lease import ChassisLease
 from woosh_pure.motion import motion as threaded
 from woosh_pure.robot_api.api import RobotApi as ThreadedApi
 from woosh_pure.velocity.drive import Drive
+
+if TYPE_CHECKING:
+    from woosh_pure.aio.missions import Missions
 
 # -- from a verb of the threaded `Chassis` to the awaited one: same name, same arguments, same types ---------
 #
@@ -95,11 +98,12 @@ def block(
 
 def answer(
     method: Callable[Concatenate[Any, P], R],
-) -> Callable[Concatenate[RobotApi, P], Coroutine[Any, Any, R]]:
-    """An awaited question to the Robot API."""
+) -> Callable[Concatenate[Any, P], Coroutine[Any, Any, R]]:
+    """An awaited question to the Robot API or the missions: what a class has as `api`."""
 
-    async def call(self: RobotApi, /, *args: P.args, **kwargs: P.kwargs) -> R:
-        return await self._calls.call(lambda: method(self.api, *args, **kwargs))
+    async def call(self: Any, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        answered: R = await self._calls.call(lambda: method(self.api, *args, **kwargs))
+        return answered
 
     return like(method, call)
 
@@ -271,6 +275,16 @@ class Chassis(Readings, SettingHints):
         for mark in await robot.robot_api.marks(): ...
         """
         return RobotApi(self.chassis.robot_api, self._calls)
+
+    @property
+    def missions(self) -> Missions:
+        """Named lists of steps, from `*.mission.toml` files: their queue and the current run.
+
+        await (await robot.missions.run("round.mission.toml")).wait()
+        """
+        from woosh_pure.aio.missions import Missions
+
+        return Missions(self.chassis.missions, self._calls)
 
     @property
     def node(self) -> AwaitableProperty[ros.Node]:
