@@ -86,7 +86,7 @@ def _run(args: Namespace, out: Output) -> None:
         mission = missions.load(args.file)
         use_webhook(missions, args)
         seen = _last(missions)
-        _follow(missions.run(args.file, _given(args.set, mission), by=BY), missions, seen, out)
+        follow_mission(missions.run(args.file, _given(args.set, mission), by=BY), missions, seen, out)
 
 
 def _resume(args: Namespace, out: Output) -> None:
@@ -96,14 +96,14 @@ def _resume(args: Namespace, out: Output) -> None:
         seen = _last(missions)
         missions.resume(by=BY)
         if run is not None and not run.phase.over:
-            _follow(MissionHandle(missions, run.entry.id), missions, seen, out)
+            follow_mission(MissionHandle(missions, run.entry.id), missions, seen, out)
         elif (entries := missions.queue) and missions.carries:
             for entry in entries:
-                _follow(MissionHandle(missions, entry.id), missions, seen, out)
+                follow_mission(MissionHandle(missions, entry.id), missions, seen, out)
                 seen = _last(missions)
 
 
-def _follow(handle: MissionHandle, missions: Missions, seen: int, out: Output) -> None:
+def follow_mission(handle: MissionHandle, missions: Missions, seen: int, out: Output) -> None:
     """Print what happens until the mission ends."""
 
     def over() -> bool:

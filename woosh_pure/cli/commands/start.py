@@ -37,6 +37,9 @@ _DEMO_SPEED = 2.0
 
 def add_demo(parser: ArgumentParser) -> None:
     parser.add_argument("--mark", default="A1", help="mark to drive to (default A1)")
+    parser.add_argument(
+        "--mission", action="store_true", help="carry a mission out instead: steps, a question"
+    )
 
 
 def run_demo(args: Namespace, out: Output) -> int:
@@ -51,6 +54,9 @@ def run_demo(args: Namespace, out: Output) -> int:
         wrong = "mark {mark!r} is not in the demo's hall; it has {names}"
         raise ValueError(say(wrong, mark=args.mark, names=", ".join(marks)))
     out.line("woosh demo: a simulated robot; nothing outside this computer moves")
+    if args.mission:
+        _demo_mission(args, out)
+        return 0
     with connect(args, out, sim_speed=_DEMO_SPEED) as chassis:
         start = chassis.pose.wait()
         battery = say("the battery has {percent} %", percent=chassis.battery.wait().percent)
@@ -101,6 +107,32 @@ def run_demo(args: Namespace, out: Output) -> int:
         }
     )
     return 0 if good else 1
+
+
+_DEMO_STEPS = [
+    {"do": "move", "metres": 0.5},
+    {
+        "do": "ask",
+        "text": "Go on to the mark?",
+        "answers": {"yes": "next", "no": "end"},
+        "timeout": 2,
+        "default": "yes",
+    },
+]
+
+
+def _demo_mission(args: Namespace, out: Output) -> None:
+    from tempfile import TemporaryDirectory
+
+    from woosh_pure.cli.commands.mission import follow_mission
+    from woosh_pure.missions import Missions, mission_of
+
+    steps = [*_DEMO_STEPS, {"do": "go_to_mark", "mark": args.mark}]
+    with connect(args, out, sim_speed=_DEMO_SPEED) as chassis, TemporaryDirectory() as folder:
+        missions = Missions(chassis, folder)
+        demo = mission_of({"mission": 1, "name": "demo", "step": steps})
+        follow_mission(missions.run(demo, by="woosh demo"), missions, 0, out)
+        missions.close()
 
 
 def add_connect(parser: ArgumentParser) -> None:
