@@ -280,7 +280,7 @@ class Chassis(Readings, SettingHints):
     def missions(self) -> Missions:
         """Named lists of steps, from `*.mission.toml` files: their queue and the current run.
 
-        await (await robot.missions.run("round.mission.toml")).wait()
+        await (await robot.missions.run("round.mission.toml"))
         """
         from woosh_pure.aio.missions import Missions
 

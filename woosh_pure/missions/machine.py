@@ -447,7 +447,8 @@ class _Change:
                 if not current.kind.moves:
                     self.begin()
                 return
-        self.fail(say("its steps lead round and round, and nothing is done"))
+        if self.state.active:
+            self.fail(say("its steps lead round and round, and nothing is done"))
 
     def start(self, entry: Entry) -> None:
         before = self.state.run

@@ -287,11 +287,12 @@ def mission_of(data: Mapping[str, Any]) -> Mission:
     )
     if not mission.steps:
         raise MissionError(say("there is no step; write [[step]] and below it do = ..."))
-    names = [step.name for step in mission.steps if step.name]
+    names: set[str] = set()
     for place, step in enumerate(mission.steps):
-        if step.name and (names.count(step.name) > 1 or step.name in TARGETS):
+        if step.name in names or step.name in TARGETS:
             expected = say("a name that no other step has, and not one of: {names}", names=list(TARGETS))
             raise _wrong(("step", place, "name"), step.name, expected)
+        names.update(filter(None, (step.name,)))
     _check_steps(mission, mission.parameters)
     return mission
 

@@ -13,12 +13,12 @@ import re
 import threading
 import time
 import uuid
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rosproto.errors import RosError, RosTimeout
 from rosproto.files import read_text, save_file
@@ -105,6 +105,17 @@ class MissionHandle:
         if raises and run.phase is not Phase.DONE:
             raise MissionFailed(run)
         return run
+
+    def __await__(self) -> Generator[Any, None, Run]:
+        """In asyncio: `run = await handle` is `wait()`; cancelling the task leaves the mission running."""
+        return self._awaited().__await__()
+
+    async def _awaited(self) -> Run:
+        import asyncio
+
+        while True:  # in parts: a cancelled task leaves its thread behind for one of them at most
+            with suppress(RosTimeout):
+                return await asyncio.to_thread(self.wait, 1.0)
 
 
 class Missions(MissionFiles):

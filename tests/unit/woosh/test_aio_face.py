@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 
 from woosh_pure import Chassis, aio
+from woosh_pure.aio import missions as aio_missions
 from woosh_pure.feed import feed
+from woosh_pure.missions import Missions
 from woosh_pure.motion import action_goal, motion, task
 from woosh_pure.robot_api.api import RobotApi
 from woosh_pure.velocity import drive as velocity
@@ -24,6 +26,7 @@ PAIRS = [
     (action_goal.StepHandle, aio.StepHandle),
     (velocity.Drive, aio.Drive),
     (RobotApi, aio.RobotApi),
+    (Missions, aio_missions.Missions),
 ]
 LEFT_OUT = {
     "Chassis.aio": "the face itself",
@@ -40,6 +43,9 @@ LEFT_OUT = {
     "Drive.end_now": "of use inside only",
     "Drive.finish": "leaving the block does it",
     "RobotApi.close": "closing the Chassis does it",
+    "Missions.close": "closing the Chassis does it",
+    "Missions.files": "of the files, which are read by name",
+    "Missions.folder": "of use inside only",
 }
 OTHER_ARGUMENTS = {
     "wait": {"meanwhile"},  # other tasks run meanwhile; `progress()` shows how far it is
