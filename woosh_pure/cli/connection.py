@@ -111,6 +111,8 @@ def connect(
     """
     if args.sim_speed is not None and not args.sim:
         raise ValueError("--sim-speed is for --sim; a real chassis runs in real time")
+    from tempfile import TemporaryDirectory
+
     from woosh_pure.chassis import Chassis
 
     with ExitStack() as stack:
@@ -126,6 +128,7 @@ def connect(
                 resolve=names(args),
                 watchdog=watchdog or False,
                 robot_api=robot_api_of(args),
+                missions=stack.enter_context(TemporaryDirectory()) if args.sim and to is None else None,
             )
             try:
                 with reaching():

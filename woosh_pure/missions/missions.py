@@ -8,6 +8,7 @@ computer reads it, and leaves its requests in a folder beside it, which that thr
 from __future__ import annotations
 
 import json
+import os
 import queue
 import re
 import threading
@@ -129,7 +130,9 @@ class Missions(MissionFiles):
         carries: False for a program that only leaves requests, and ends soon: with it nothing begins.
     """
 
-    def __init__(self, chassis: Chassis, folder: str | Path | None = None, *, carries: bool = True) -> None:
+    def __init__(
+        self, chassis: Chassis, folder: str | os.PathLike[str] | None = None, *, carries: bool = True
+    ) -> None:
         self._chassis, self.carries = chassis, carries
         self.folder = default_folder("missions") if folder is None else Path(folder)
         robot = re.sub(r"^https?://|/$", "", chassis.master_uri)

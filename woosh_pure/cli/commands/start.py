@@ -122,17 +122,13 @@ _DEMO_STEPS = [
 
 
 def _demo_mission(args: Namespace, out: Output) -> None:
-    from tempfile import TemporaryDirectory
-
     from woosh_pure.cli.commands.mission import follow_mission
-    from woosh_pure.missions import Missions, mission_of
+    from woosh_pure.missions import mission_of
 
     steps = [*_DEMO_STEPS, {"do": "go_to_mark", "mark": args.mark}]
-    with connect(args, out, sim_speed=_DEMO_SPEED) as chassis, TemporaryDirectory() as folder:
-        missions = Missions(chassis, folder)
+    with connect(args, out, sim_speed=_DEMO_SPEED) as chassis:
         demo = mission_of({"mission": 1, "name": "demo", "step": steps})
-        follow_mission(missions.run(demo, by="woosh demo"), missions, 0, out)
-        missions.close()
+        follow_mission(chassis.missions.run(demo, by="woosh demo"), chassis.missions, 0, out)
 
 
 def add_connect(parser: ArgumentParser) -> None:
