@@ -53,6 +53,8 @@ NEXT: Mapping[Phase, tuple[Phase, ...]] = {
     Phase.STOPPED: (),
 }
 """Which phases may follow. A new run is waiting."""
+HARMLESS = ("wait", "wait_for_input", "wait_for_battery", "if", "ask")
+"""Steps that may be begun again without a question, because they do nothing."""
 UNKNOWN_ANSWERS = ("done", "again", "stop")
 """To the question what became of a step that was running when the program ended."""
 
@@ -440,7 +442,7 @@ class _Change:
                 self.ask(current)
                 return
             elif current.do == "if" and current.value("value") in ("mark", "answer"):
-                self.go(_where(current, run.mark if current.value("value") == "mark" else run.answer))
+                self.decide(current, run.mark if current.value("value") == "mark" else run.answer)
             elif current.do in ("repeat", "go_on"):
                 self.turn(current)
             else:
@@ -494,6 +496,17 @@ class _Change:
         self.set(counts={**self.run.counts, place: count if again else 0})
         self.go(current.value("from") if again else "next")
 
+    def decide(self, current: Step, value: object) -> None:
+        """Go on from an `if` with the value that was read."""
+        below, above, wanted = (
+            current.value(key, self.run.entry.parameters) for key in ("below", "above", "is")
+        )
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            met = above < value < below
+        else:
+            met = wanted == (("off", "on")[value] if isinstance(value, bool) else value)
+        self.go(current.value("then" if met else "else"))
+
     def go(self, target: str) -> None:
         """Go on with a target; the current step is over."""
         run = self.run
@@ -518,8 +531,10 @@ class _Change:
         self.set(ended=(*run.ended, (run.at, ok))[-MAX_ENDED:])
         if ok and "mark" in current.values:
             self.set(mark=current.value("mark", run.entry.parameters))
-        if ok or run.failure:
-            self.go(_where(current, value) if current.do == "if" else "next")
+        if ok and current.do == "if":
+            self.decide(current, value)
+        elif ok or run.failure:
+            self.go("next")
         elif run.attempt < current.retries:
             self.set(
                 Phase.RETRYING,
@@ -545,18 +560,6 @@ class _Change:
     def end(self, phase: Phase, text: str = "") -> None:
         self.set(phase, reason=text, begun=False, paused=False)
         self.note("end", text, phase=phase.value)
-
-
-def _where(current: Step, value: object) -> str:
-    """The target of an `if`."""
-    wanted = current.value("is")
-    if isinstance(value, bool):
-        met = wanted == ("on" if value else "off")
-    elif isinstance(value, (int, float)):
-        met = value < current.value("below") and value > current.value("above")
-    else:
-        met = wanted == value
-    return str(current.value("then" if met else "else"))
 
 
 # -- what each event does ------------------------------------------------------------------------------------
@@ -711,13 +714,7 @@ def _restarted(change: _Change, event: Restarted) -> None:
     )
     if change.state.active and change.run.phase is not Phase.INTERRUPTED:
         run, current = change.run, change.run.step
-        harmless = current is None or current.do in (
-            "wait",
-            "wait_for_input",
-            "wait_for_battery",
-            "if",
-            "ask",
-        )
+        harmless = current is None or current.do in HARMLESS
         change.set(Phase.INTERRUPTED, begun=run.begun and not harmless, paused=False)
         change.state = replace(change.state, paused=True)
         change.note("interrupted", say("interrupted at step {number}", number=run.at + 1))

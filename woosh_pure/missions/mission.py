@@ -188,8 +188,9 @@ class Step:
 
     def value(self, key: str, parameters: Mapping[str, Value] | None = None) -> Any:
         """One of its keys, its default if it is not given, with parameters filled in."""
-        given = self.values.get(key, self.kind.keys[key].default)
-        if isinstance(given, str) and given.startswith("$") and parameters is not None:
+        one = self.kind.keys[key]
+        given = self.values.get(key, one.default)
+        if parameters is not None and not one.names and isinstance(given, str) and given.startswith("$"):
             return parameters[given[1:]]
         return given
 
