@@ -26,4 +26,5 @@ def toml_values(text: str, extra: str) -> dict[str, Any]:
         except ImportError as error:
             wanted = 'a TOML file needs tomli before Python 3.11: pip install ".[{extra}]"'
             raise ImportError(say(wanted, extra=extra), name="tomli") from error
-    return tomllib.loads(text)
+    values: dict[str, Any] = tomllib.loads(text)
+    return values

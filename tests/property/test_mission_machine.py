@@ -42,9 +42,9 @@ def same_as_the_model(data: st.DataObject) -> None:
         # What was written down is read again as it was.
         assert machine.state_of(json.loads(json.dumps(after.to_json()))) == replace(after, disk="")
         # Nothing begins after a stop or a start of the program, before somebody says so.
-        ended = (
-            isinstance(event, machine.StepEnded) and state.run is not None and event.token == state.run.token
-        )
+        was = state.run
+        ended = isinstance(event, machine.StepEnded) and was is not None and event.token == was.token
+        ended = ended and was is not None and was.phase is machine.Phase.RUNNING
         if isinstance(event, machine.Resume) or (
             isinstance(event, machine.Append) and (event.start or not state.paused)
         ):

@@ -16,15 +16,19 @@ from typing import Any
 
 import pytest
 
+from rosproto.errors import ConnectionLost
 from tests.support import mission_kills
+from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure.enums import RobotMode
 from woosh_pure.fleet import state_file
 from woosh_pure.missions import Mission, MissionError, MissionFailed, Missions, Notice, Phase, Run, parse
 
 HEAD = 'mission = 1\nname = "test"\n'
+GO = '[guards]; not_known = "go"'  # this simulated robot tells its state on change only
 
 
-def mission(*steps: str, head: str = "") -> Mission:
+def mission(*steps: str, head: str = GO) -> Mission:
     """A mission of steps, one line each."""
     tables = "".join("[[step]]\n" + step.replace("; ", "\n") + "\n" for step in steps)
     return parse(HEAD + head.replace("; ", "\n") + "\n" + tables)
@@ -57,7 +61,9 @@ def running(run: Run) -> bool:
 # -- what they do
 
 
-def test_a_round_asks_and_goes_on_with_the_answer(sim: SimulatedChassis, missions: Missions) -> None:
+def test_a_round_asks_and_goes_on_with_the_answer(
+    sim: SimulatedChassis, chassis: Chassis, missions: Missions
+) -> None:
     """The answer leads to its step, and the mission has the lease while it waits for it."""
     ask = 'do = "ask"; text = "Loaded?"; answers = { yes = "home", no = "stop" }'
     handle = missions.run(
@@ -71,23 +77,23 @@ def test_a_round_asks_and_goes_on_with_the_answer(sim: SimulatedChassis, mission
     run = reach(missions, lambda run: run.question)
     assert run.question is not None
     assert run.question.text == "Loaded?"
-    assert missions._chassis.lease.holder == "mission test"
+    assert chassis.lease.holder == "mission test"
     with pytest.raises(MissionError, match="yes, no"):
         missions.answer("perhaps")
     missions.answer("yes", by="Anna")
     assert handle.wait(20.0).phase is Phase.DONE
     assert sim.pose.distance_to(sim.world.site.marks["P1"].pose) < 0.05
-    assert missions._chassis.lease.holder is None
+    until(lambda: chassis.lease.holder is None)
     kinds = [notice.kind for notice in missions.since(0)]
     assert kinds == ["start", "step", "question", "answer", "step", "end"]
 
 
 def test_a_parameter_is_filled_in_and_a_wrong_one_refused(sim: SimulatedChassis, missions: Missions) -> None:
     """A parameter has the type of its default."""
-    made = mission('do = "move"; metres = "$way"', head="[parameters]; way = 0.2")
+    made = mission('do = "move"; metres = "$way"', head=GO + "; [parameters]; way = 0.2")
     with pytest.raises(MissionError, match="expected a number"):
         missions.run(made, {"way": "far"})
-    with pytest.raises(MissionError, match="did you mean way"):
+    with pytest.raises(MissionError, match="wya is not known; expected one of: way"):
         missions.run(made, {"wya": 1.0})
     before = sim.pose
     missions.run(made, {"way": 0.4}).wait(20.0)
@@ -103,7 +109,8 @@ def test_a_failed_step_is_tried_again_and_then_leads_where_the_file_says(
     assert run_of(missions).ended == ((0, False), (0, True))
     sim.fail_task("wheel slips")
     made = parse(
-        HEAD + '[[step]]\ndo = "go_to_mark"\nmark = "B1"\n[[on_abort]]\ndo = "light"\nstate = "red"\n'
+        HEAD
+        + '[guards]\nnot_known = "go"\n[[step]]\ndo = "go_to_mark"\nmark = "B1"\n[[on_abort]]\ndo = "light"\nstate = "red"\n'
     )
     with pytest.raises(MissionFailed, match="wheel slips"):
         missions.run(made).wait(20.0)
@@ -136,10 +143,15 @@ def test_an_input_of_the_robot_is_waited_for_until_its_timeout(missions: Mission
 
 def stands(sim: SimulatedChassis, seconds: float = 1.0) -> bool:
     """Whether it does not move for a while of its time."""
-    before, end = sim.pose, sim.now() + seconds
-    while sim.now() < end:
+    before, end = sim.pose, sim.now + seconds
+    while sim.now < end:
         time.sleep(0.02)
     return sim.pose.distance_to(before) < 0.01
+
+
+def blocked(chassis: Chassis) -> None:
+    """Wait until it is known that it must not move."""
+    until(lambda: chassis.readiness().blocked)
 
 
 @pytest.mark.parametrize("who", ["this program", "another program", "the mission's own stop"])
@@ -182,8 +194,9 @@ def test_an_emergency_stop_pauses_and_its_release_moves_nothing(
     sim: SimulatedChassis, chassis: Chassis, missions: Missions
 ) -> None:
     """Whoever releases the button is not surprised by a robot that drives on."""
+    chassis.go_to_mark("P1").wait(20.0)  # so that its state is heard
     sim.press_emergency_stop()
-    chassis.status.wait(5.0, new=False)
+    blocked(chassis)
     missions.run(mission('do = "go_to_mark"; mark = "A1"'))
     reach(missions, lambda run: run.paused)
     sim.release_emergency_stop()
@@ -194,13 +207,17 @@ def test_an_emergency_stop_pauses_and_its_release_moves_nothing(
     assert reach(missions, lambda run: run.phase.over).phase is Phase.DONE
 
 
-def test_it_waits_while_readiness_is_not_yes_and_says_why(sim: SimulatedChassis, missions: Missions) -> None:
+def test_it_waits_while_readiness_is_not_yes_and_says_why(
+    sim: SimulatedChassis, chassis: Chassis, missions: Missions
+) -> None:
     """The reason is shown, and the run goes on when it is over."""
-    sim.plug_cable()
+    chassis.go_to_mark("P1").wait(20.0)  # so that its state is heard
+    sim.set_mode(RobotMode.MANUAL)
+    blocked(chassis)
     missions.run(mission('do = "go_to_mark"; mark = "A1"'))
-    assert "cable" in reach(missions, lambda run: run.reason).reason
+    assert "manual" in reach(missions, lambda run: run.reason).reason
     assert run_of(missions).phase is Phase.WAITING
-    sim.plug_cable(False)
+    sim.set_mode(RobotMode.AUTOMATIC)
     assert reach(missions, lambda run: run.phase.over).phase is Phase.DONE
 
 
@@ -234,7 +251,7 @@ def test_a_low_battery_is_charged_first(sim: SimulatedChassis, chassis: Chassis,
     chassis.battery.wait(5.0, new=False)
     sim.set_battery(10.0)
     chassis.battery.wait_for(lambda battery: battery.percent < 15, 10.0)
-    head = '[guards]; battery_below = 20; charger = "C1"; charge_until = 11'
+    head = GO + '; battery_below = 20; charger = "C1"; charge_until = 11'
     missions.run(mission('do = "go_to_mark"; mark = "A1"', head=head))
     assert reach(missions, running).charging
     chassis.wait_until_ready(20.0)
@@ -246,16 +263,27 @@ def test_a_low_battery_is_charged_first(sim: SimulatedChassis, chassis: Chassis,
 # -- what they survive
 
 
-def test_a_lost_link_leaves_the_step_not_known(sim: SimulatedChassis, missions: Missions) -> None:
+@pytest.mark.slow
+@pytest.mark.parametrize("late", [False, True], ids=["at once", "on its way"])
+def test_a_lost_link_leaves_the_step_not_known(tmp_path: Path, late: bool) -> None:
     """The robot may have gone on by itself, so a person is asked, and nothing is begun before."""
-    sim.speed = 1.0
-    missions.run(mission('do = "go_to_mark"; mark = "A1"', 'do = "go_to_mark"; mark = "B1"'))
-    reach(missions, running)
-    sim.drop_link(60.0)
-    run = reach(missions, lambda run: run.question, 40.0)
-    assert run.question is not None
-    assert run.question.unknown
-    assert run.at == 0
+    with (
+        SimulatedChassis(full_graph=False) as sim,
+        pytest.raises(ConnectionLost),
+        Chassis(sim.master_uri) as chassis,
+    ):
+        missions = Missions(chassis, tmp_path)
+        start = sim.pose
+        missions.run(mission('do = "go_to_mark"; mark = "A1"; retries = 3', 'do = "go_to_mark"; mark = "B1"'))
+        reach(missions, running)
+        if late:
+            until(lambda: sim.pose.distance_to(start) > 0.1)
+        sim.drop_link(60.0)
+        run = reach(missions, lambda run: run.question, 40.0)
+        assert run.question is not None
+        assert run.question.unknown
+        assert run.at == 0
+        assert run.reason
 
 
 def test_a_full_disk_lets_nothing_begin(

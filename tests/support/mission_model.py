@@ -106,7 +106,7 @@ class Model:
         self.effects.append(("carry", do))
 
     def follow(self) -> None:
-        for _ in range(1000):
+        for _ in range(machine._MAX_TURNS):
             if self.disk:
                 return
             if not self.active():

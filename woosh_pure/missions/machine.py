@@ -18,7 +18,7 @@ from rosproto.sentence import say
 from woosh_pure.missions.mission import Mission, MissionError, Step, Value, mission_of
 
 MAX_QUEUE, MAX_HISTORY, MAX_NOTICES, MAX_ENDED = 50, 50, 500, 200
-_MAX_TURNS = 1000
+_MAX_TURNS = 250
 
 
 class Phase(str, Enum):
@@ -200,11 +200,11 @@ def state_of(data: Mapping[str, Any]) -> State:
     Raises:
         ValueError, KeyError, TypeError: It is something else.
     """
-    *history, run = [_run_of(each) for each in data["runs"]] or [None]
+    runs = tuple(_run_of(each) for each in data["runs"])
     notices = tuple(Notice(**each) for each in data["notices"])
     queue, plain = tuple(map(_entry_of, data["queue"])), ("paused", "next_id", "delivered")
-    past = tuple(each for each in history if each is not None)
-    return State(queue, run=run, history=past, notices=notices, **{key: data[key] for key in plain})
+    run = runs[-1] if runs else None
+    return State(queue, run=run, history=runs[:-1], notices=notices, **{key: data[key] for key in plain})
 
 
 def entry_json(entry: Entry) -> dict[str, Any]:
@@ -477,13 +477,13 @@ class _Change:
         )
         self.note("question", asked.text, answers=list(answers))
 
-    def ask_unknown(self) -> None:
+    def ask_unknown(self, reason: str = "") -> None:
         current = self.run.step
         do = "" if current is None else current.do
         text = say(
             "What became of step {number} ({do}) is not known. Was it done?", number=self.run.at + 1, do=do
         )
-        self.set(Phase.ASKING, question=Question(text, UNKNOWN_ANSWERS, unknown=True))
+        self.set(Phase.ASKING, question=Question(text, UNKNOWN_ANSWERS, unknown=True), reason=reason)
         self.note("question", text, answers=list(UNKNOWN_ANSWERS))
 
     def turn(self, current: Step) -> None:
@@ -680,7 +680,7 @@ def _step_ended(change: _Change, event: StepEnded) -> None:
         _stop(change, Stop(event.text or say("somebody else")))
     elif event.result is Result.UNKNOWN:
         change.set(paused=False)
-        change.ask_unknown()
+        change.ask_unknown(event.text)
     else:
         change.step_done(event.result is Result.DONE, event.text, event.value)
 

@@ -123,7 +123,7 @@ KINDS: Mapping[str, Kind] = {
     "light": Kind({"state": _TEXT, "color": Key("text", "")}),
     "say": Kind({"text": _TEXT}),
     "picture": Kind({"file": Key("text", "")}),
-    "call": Kind({"service": _TEXT, "request": Key("table", {})}),
+    "call": Kind({"service": _TEXT, "type": Key("text", ""), "request": Key("table", {})}),
     "ask": Kind({"text": _TEXT, "answers": Key("table"), "default": Key("text", "")}),
     "repeat": Kind({"from": Key("target"), "times": Key("whole", 0, 0, 1_000_000)}, flow=True),
     "if": Kind(

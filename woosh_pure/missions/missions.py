@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError, RosTimeout
 from rosproto.files import read_text, save_file
 from rosproto.logs import get_logger
-from rosproto.sentence import say
+from rosproto.sentence import both, say
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import TaskState
 from woosh_pure.errors import ChassisError
@@ -480,8 +480,11 @@ class Missions(MissionFiles):
             self._apply(machine.Pause(say("the emergency stop")))
         if self._step is not None and not self._step.ended.is_set():
             return say("the last step has not ended yet")
-        unknown = readiness.answer is Ready.UNKNOWN and run.entry.mission.guard("not_known") == "go"
-        return "" if readiness.ready or unknown else str(readiness)
+        if readiness.answer is not Ready.UNKNOWN:
+            return "" if readiness.ready else str(readiness)
+        if run.entry.mission.guard("not_known") == "go":
+            return ""
+        return both(str(readiness), 'a mission with not_known = "go" in its [guards] does not wait for this')
 
     def _keep_lease(self, now: float) -> str:
         """Hold the lease while a run is under way; who has it instead, "" if nobody has."""

@@ -10,15 +10,15 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from rosproto.codec import from_dict
-from rosproto.errors import RosError
+from rosproto.codec import from_dict, service_class
+from rosproto.errors import ConnectionLost, RosError, RosTimeout, ServiceError
 from rosproto.files import save_file
 from rosproto.logs import get_logger
 from rosproto.sentence import say
+from woosh_pure import interface
 from woosh_pure.chassis import Chassis
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import Direction
-from woosh_pure.errors import MotionRefused
 from woosh_pure.fleet.action_handlers.running_action import end_is_known
 from woosh_pure.maps.marks import own_marks
 from woosh_pure.missions.machine import Carry, Result, Sent, StepEnded
@@ -82,11 +82,11 @@ class StepRunner:
                 value = _ACTIONS[self._step.do](self)
             ended = value if isinstance(value, Outcome) else None
             end = self._of(ended) if ended is not None else StepEnded(self.token, Result.DONE, "", value)
-        except (MotionRefused, ValueError, KeyError, ImportError, OSError) as error:
+        except (ConnectionLost, RosTimeout, ServiceError) as error:  # they are OSErrors, too
+            result = Result.UNKNOWN if self._step.kind.moves else Result.FAILED
+            end = StepEnded(self.token, result, str(error))
+        except (RosError, ValueError, KeyError, ImportError, OSError) as error:
             end = StepEnded(self.token, Result.FAILED, str(error))
-        except RosError as error:
-            lost = self._step.kind.moves and not isinstance(error, _Cancelled)
-            end = StepEnded(self.token, Result.UNKNOWN if lost else Result.FAILED, str(error))
         except Exception as error:
             _log.exception("! step %s of a mission failed", self._step.do)
             end = StepEnded(self.token, Result.UNKNOWN, f"{type(error).__name__}: {error}")
@@ -233,8 +233,9 @@ def _call(step: StepRunner) -> None:
         raise ValueError(
             say("{name} moves the robot; use the steps that do, which know how to stop", name=name)
         )
-    with step.chassis.node.service_client(name, None) as client:
-        client.call(from_dict(client.type.Request, step.value("request")), timeout=step.limit)
+    service = service_class(step.value("type") or interface.row(name).type)
+    with step.chassis.node.service_client(name, service) as client:
+        client.call(from_dict(service.Request, step.value("request")), timeout=step.limit)
 
 
 def _reading(step: StepRunner) -> float | bool:

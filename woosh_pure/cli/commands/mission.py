@@ -29,6 +29,7 @@ def add_mission(parser: ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     run = verbs.add_parser("run", help="start a mission, and show its steps until it ends")
     run.add_argument("file", metavar="FILE", help=_FILE)
+    _add_carrying(run)
     run.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter")
     check = verbs.add_parser("check", help="say whether a file is a valid mission; moves nothing")
     check.add_argument("file", metavar="FILE", help=_FILE)
@@ -44,13 +45,16 @@ def add_mission(parser: ArgumentParser) -> None:
     queue.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter")
     verbs.add_parser("pause", help="pause the running mission and the queue")
     resume = verbs.add_parser("resume", help="let a paused or interrupted mission go on")
-    for verb in (run, resume):
-        add_webhook(verb)
-        add_watchdog(verb)
+    _add_carrying(resume)
     verbs.add_parser("stop", help="stop the robot, end the mission, and pause the queue")
     answer = verbs.add_parser("answer", help="answer the question of the running mission")
     answer.add_argument("answer", metavar="ANSWER", help="one of its answers")
     verbs.add_parser("status", help="show the running mission, or the last one")
+
+
+def _add_carrying(parser: ArgumentParser) -> None:
+    add_webhook(parser)
+    add_watchdog(parser)
 
 
 def add_webhook(parser: ArgumentParser) -> None:
