@@ -63,7 +63,6 @@ def add_webhook(parser: ArgumentParser) -> None:
         metavar="URL",
         help="post start, steps, questions and end there, signed with $WOOSH_WEBHOOK_SECRET",
     )
-    add_watchdog(parser)
 
 
 def use_webhook(missions: Missions, args: Namespace) -> None:
