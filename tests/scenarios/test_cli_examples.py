@@ -71,6 +71,8 @@ WAYS: dict[str, Way] = {
     "woosh camera -o now.png": Way(writes=("now.png",)),
     "woosh --sim plan A1": Way(shows="points, "),
     "woosh goto A1": Way(shows="arrived after"),
+    "woosh mission check round.mission.toml": Way(shows="1 steps, no fault"),
+    "woosh --sim mission run round.mission.toml": Way(shows="round: done"),
     "woosh map save hall": Way(writes=("hall.yaml", "hall.pgm", "hall.png")),
     "woosh plan 3 1 0 --png way.png": Way(writes=("way.png",)),
     "woosh task pause": Way(shows="pause", during="task"),
@@ -182,6 +184,9 @@ def place(
         marks.put("shelf", Pose2D(2.0, 0.5))
         marks.save()
     (tmp_path / "first.py").write_text("from woosh_pure import Chassis\nprint(Chassis().battery.wait())\n")
+    (tmp_path / "round.mission.toml").write_text(
+        'mission = 1\nname = "round"\n[parameters]\ntarget = "A1"\n[[step]]\ndo = "move"\nmetres = 0.1\n'
+    )
     (tmp_path / "program.py").write_text(
         "import rospy\nrospy.init_node('program')\nprint('speed', rospy.get_param('~speed', 0.1))\n"
     )

@@ -46,6 +46,8 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]
 
     folder = tmp_path_factory.mktemp("woosh")
     built_in_site().grid.save(folder / "hall.yaml")
+    steps = '[guards]\nnot_known = "go"\n[[step]]\ndo = "move"\nmetres = "$way"\n'
+    (folder / "m.mission.toml").write_text(f'mission = 1\nname = "m"\n[parameters]\nway = 0.1\n{steps}')
     (folder / "marks.json").write_text('{"M": {"x": 2.0, "y": 0.5, "yaw": 1.5}}')
     settings = Settings(limits=BodyLimits(omnidirectional=True))
     with SimulatedChassis(speed=10.0, full_graph=False, settings=settings) as sim:
@@ -146,6 +148,21 @@ MOVING = [
       for verb in ("pause", "resume", "cancel", "interrupt-wait")),
     Case("charge C1 --timeout 60", has("charging")),
     Case("charge C1 --json", doc(lambda d: d["battery"]["charge_status"] == "CHARGING")),
+    Case("mission check {folder}/m.mission.toml --json", doc(lambda d: d["ok"] and d["steps"] == 1)),
+    Case("mission list", has("no missions in ")),
+    Case("mission show {folder}/m.mission.toml", has('name = "m"', "[[step]]")),
+    Case("mission run {folder}/m.mission.toml --set way=0.3 --no-watchdog", lambda r, p: "done" in r.out and near(p, 0.3, 0.0, 0.0)),
+    Case("mission run {folder}/m.mission.toml --webhook http://127.0.0.1:9/", refused("WOOSH_WEBHOOK_SECRET"), code=2),
+    Case("mission queue --append {folder}/m.mission.toml --set way=0.1 --json", doc(lambda d: d["paused"] and d["queue"])),
+    Case("mission queue --remove 999", refused("no mission 999"), code=3),
+    Case("mission queue --first 999", refused("no mission 999"), code=3),
+    Case("mission queue --clear", has("the queue is empty")),
+    Case("mission pause"),
+    Case("mission resume --no-watchdog"),
+    Case("mission resume --webhook http://127.0.0.1:9/", refused("WOOSH_WEBHOOK_SECRET"), code=2),
+    Case("mission stop", has("stands still")),
+    Case("mission answer yes", refused("there is no question"), code=3),
+    Case("mission status --json", doc(lambda d: d["disk"] == "")),
     Case("stop --timeout 3", has("stands still")),
     Case("stop --json", doc(lambda d: d["standing"] is True)),
     Case("stop --end-drivers --json", doc(lambda d: d["standing"] is True)),
@@ -210,6 +227,7 @@ RECORDING = [
          lambda r, p: list(p.folder.glob("e*.bag"))),
 ]  # fmt: skip
 ALONE = [
+    Case("demo --mission", has("Go on to the mark?", "demo: done")),
     Case("demo --mark Z9 --json", doc(lambda d: "A1, A2, B1" in d["error"]), code=2),
     Case("connect {host} --unchecked --host 127.0.0.1 --json", doc(lambda d: d["host"] == "127.0.0.1")),
     Case("connect --show --json", doc(lambda d: d["chassis"] is None), code=1),

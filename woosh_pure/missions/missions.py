@@ -243,8 +243,19 @@ class Missions(MissionFiles):
 
     @property
     def state(self) -> State:
-        """Everything: the queue, the run, the last runs and notices. Waits for the disk at most."""
-        return self._state if self._thread is not None else self._read()
+        """Everything: the queue, the run, the last runs and notices. Waits for the disk at most.
+
+        A run that no program carries out any more is shown as interrupted.
+        """
+        if self._thread is not None:
+            return self._state
+        state = self._read()
+        if state.active:
+            with suppress(OSError):  # StoreInUse: another program carries it out
+                self._store.lock()
+                self._store.unlock()
+                state, _ = machine.step(state, machine.Restarted(), 0.0, time.time())
+        return state
 
     def status(self) -> Run | None:
         """The current run, or the last one; None before the first."""

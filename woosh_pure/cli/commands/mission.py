@@ -94,16 +94,13 @@ def _run(args: Namespace, out: Output) -> None:
 
 def _resume(args: Namespace, out: Output) -> None:
     with watchdog_of(args) as watchdog, connect(args, out, watchdog=watchdog) as chassis:
-        missions, run = chassis.missions, chassis.missions.status()
+        missions, state = chassis.missions, chassis.missions.state
         use_webhook(missions, args)
         seen = _last(missions)
         missions.resume(by=BY)
-        if run is not None and not run.phase.over:
-            follow_mission(MissionHandle(missions, run.entry.id), missions, seen, out)
-        elif (entries := missions.queue) and missions.carries:
-            for entry in entries:
-                follow_mission(MissionHandle(missions, entry.id), missions, seen, out)
-                seen = _last(missions)
+        ended = [state.run.entry.id] if state.run is not None and state.active else []
+        for id in [*ended, *(entry.id for entry in state.queue)]:
+            follow_mission(MissionHandle(missions, id), missions, seen, out)
 
 
 def follow_mission(handle: MissionHandle, missions: Missions, seen: int, out: Output) -> None:
