@@ -35,6 +35,10 @@ class Phase(str, Enum):
     FAILED = "failed"
     STOPPED = "stopped"
 
+    def __str__(self) -> str:
+        """Its word, on every Python."""
+        return self.value
+
     @property
     def over(self) -> bool:
         """Whether the run has ended."""

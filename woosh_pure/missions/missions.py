@@ -16,6 +16,7 @@ import time
 import uuid
 from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import Future
+from concurrent.futures import TimeoutError as TimedOut  # not the built-in one before Python 3.11
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -327,7 +328,7 @@ class Missions(MissionFiles):
         self._inbox.put((event, done, self._chassis.request()))
         try:
             return done.result(_ASK_SECONDS)
-        except TimeoutError as late:
+        except TimedOut as late:
             raise RosTimeout(
                 say("the missions do not answer"), what="missions", seconds=_ASK_SECONDS
             ) from late

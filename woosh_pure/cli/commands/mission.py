@@ -235,8 +235,12 @@ def _tell(missions: Missions, out: Output) -> None:
     else:
         where = "{name}: {phase}, step {number} of {count}"
         phase = "paused" if run.paused else run.phase.value
-        facts = {"name": run.entry.mission.name, "phase": say(phase), "number": run.at + 1}
-        out.line(where, **facts, count=len(run.entry.mission.steps))
+        facts = {
+            "name": run.entry.mission.name,
+            "phase": say(phase),
+            "number": min(run.at + 1, len(run.steps) or 1),
+        }
+        out.line(where, **facts, count=len(run.steps))
         if run.question is not None:
             asked = "{text} Answer with one of: {names}"
             out.line(asked, text=run.question.text, names=list(run.question.answers))
