@@ -252,7 +252,10 @@ def points(page: str) -> list[str]:
 
 def programs(page: str) -> list[tuple[str, str, str]]:
     """Language, flags and code of each block, without comments and texts for users."""
-    return [(kind, flags, bare(code)) for kind, flags, code in FENCE.findall(page)]
+    return [
+        (kind, flags, re.sub(r" *#.*", "", code) if kind == "toml" else bare(code))
+        for kind, flags, code in FENCE.findall(page)
+    ]
 
 
 def bare(code: str) -> str:
