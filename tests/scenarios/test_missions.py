@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import errno
 import hashlib
 import hmac
@@ -444,3 +445,18 @@ def test_notices_have_numbers_that_grow(missions: Missions) -> None:
     found: list[Notice] = list(missions.since(0))
     assert [notice.number for notice in found] == list(range(1, len(found) + 1))
     assert list(missions.since(found[0].number)) == found[1:]
+
+
+def test_missions_are_awaited(sim: SimulatedChassis, tmp_path: Path) -> None:
+    """The same in asyncio: start, answer, and the end of the handle."""
+
+    async def drive() -> Run:
+        async with Chassis(sim.master_uri, missions=tmp_path).aio as robot:
+            ask = 'do = "ask"; text = "?"; answers = { a = "next", b = "stop" }'
+            handle = await robot.missions.run(mission(ask, 'do = "move"; metres = 0.1'))
+            await robot.missions.wait_for(lambda: robot.missions.state.run.question is not None, 10.0)  # type: ignore[union-attr]
+            await robot.missions.answer("a")
+            run: Run = await handle
+            return run
+
+    assert asyncio.run(drive()).phase is Phase.DONE
