@@ -249,9 +249,7 @@ def test_a_pause_holds_the_robot_and_a_resume_goes_on(
 
 def test_a_low_battery_is_charged_first(sim: SimulatedChassis, chassis: Chassis, missions: Missions) -> None:
     """The guard inserts charging before the step, and the mission goes on then."""
-    chassis.battery.wait(5.0, new=False)
     sim.set_battery(10.0)
-    chassis.battery.wait_for(lambda battery: battery.percent < 15, 10.0)
     head = GO + '; battery_below = 20; charger = "C1"; charge_until = 11'
     missions.run(mission('do = "go_to_mark"; mark = "A1"', head=head))
     assert reach(missions, running).charging

@@ -476,8 +476,10 @@ class Missions(MissionFiles):
             return
         reason = reason or self._hindrance(run)
         if machine.needs_ready(self._state):
-            known = self._chassis.battery.known
-            self._apply(machine.Ready(reason, None if known is None else known.value.percent))
+            battery = self._chassis.battery.open().known
+            if battery is None and run.entry.mission.guard("battery_below"):
+                reason = reason or say("the charge of the battery is not known yet")
+            self._apply(machine.Ready(reason, None if battery is None else battery.value.percent))
 
     def _hindrance(self, run: Run) -> str:
         """Why nothing may move now, "" if it may.
