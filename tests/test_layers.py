@@ -277,18 +277,19 @@ def test_only_the_command_imports_the_command() -> None:
 
 
 CHASSIS_FLOORS = [
-    "hints language",
+    "hints language toml_text",
     "enums firmware geometry interface lease reasons",
     "faults",
     "outcome values",
     "errors maps",
     "robot_api",
-    "connection served_graph",
+    "connection served_graph state_file",
     "feed",
     "doctor readiness stopping",
     "components",
     "motion readings velocity",
     "api_bridge peripherals sim",
+    "missions",
     "chassis",
     "aio api_server fleet foxglove selftest web woosh_pure",
     "cli pytest_plugin",

@@ -10,7 +10,7 @@ from woosh_pure.faults import with_words
 from woosh_pure.hints import OUTCOME, Hints
 from woosh_pure.language import Spoken
 
-__all__ = ["ENDED_EARLY", "NOT_CONFIRMED", "Outcome", "OutcomeKind"]
+__all__ = ["ENDED_EARLY", "NOT_CONFIRMED", "Outcome", "OutcomeKind", "end_is_known"]
 
 ENDED_EARLY = "woosh_pure.ended_early"
 """The logger of goals that were cancelled because their Chassis or program ended."""
@@ -98,3 +98,10 @@ _NEXT = {
     OutcomeKind.TIMED_OUT: "it was cancelled; give a longer timeout if it was on its way",
     OutcomeKind.CONNECTION_LOST: "check the network; the robot may continue with its last command",
 }
+
+
+def end_is_known(outcome: Outcome) -> bool:
+    """Whether a goal has ended for certain: False if the chassis may go on with it, because the link was lost
+    or the cancel was not confirmed."""
+    open_ended = (OutcomeKind.CONNECTION_LOST, OutcomeKind.TIMED_OUT)
+    return outcome.kind not in open_ended and outcome.text != NOT_CONFIRMED

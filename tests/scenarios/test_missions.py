@@ -20,9 +20,8 @@ import pytest
 from rosproto.errors import ConnectionLost
 from tests.support import mission_kills
 from tests.support.waiting import until
-from woosh_pure import Chassis, SimulatedChassis
+from woosh_pure import Chassis, SimulatedChassis, state_file
 from woosh_pure.enums import RobotMode
-from woosh_pure.fleet import state_file
 from woosh_pure.missions import Mission, MissionError, MissionFailed, Missions, Notice, Phase, Run, parse
 
 HEAD = 'mission = 1\nname = "test"\n'

@@ -9,7 +9,7 @@ threads of its own. Cancelling a task ends what it has begun, also what is only 
 It is not imported with woosh_pure, since asyncio takes longer to import than all of woosh_pure.
 """
 
-from woosh_pure.aio.chassis import Chassis, RobotApi, view
+from woosh_pure.aio.chassis import Chassis, Missions, RobotApi, view
 from woosh_pure.aio.drive import Drive, VelocityBlock
 from woosh_pure.aio.feed import Feed
 from woosh_pure.aio.goals import ActionHandle, Goal, GoalHandle, NavigationHandle, StepHandle, TaskHandle
@@ -21,6 +21,7 @@ __all__ = [
     "Feed",
     "Goal",
     "GoalHandle",
+    "Missions",
     "NavigationHandle",
     "RobotApi",
     "StepHandle",

@@ -5,9 +5,9 @@ from __future__ import annotations
 import functools
 import inspect
 import logging
-from collections.abc import Callable, Coroutine, Generator
+from collections.abc import Callable, Coroutine, Generator, Sequence
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeVar
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from rosproto import aio as ros
 from rosproto.aio import SameProperty
@@ -23,12 +23,12 @@ from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.faults import Faults
 from woosh_pure.hints import CHASSIS, SettingHints
 from woosh_pure.lease import ChassisLease
+from woosh_pure.missions import Entry, State
+from woosh_pure.missions import Missions as ThreadedMissions
 from woosh_pure.motion import motion as threaded
 from woosh_pure.robot_api.api import RobotApi as ThreadedApi
+from woosh_pure.stopping.report import StopReport
 from woosh_pure.velocity.drive import Drive
-
-if TYPE_CHECKING:
-    from woosh_pure.aio.missions import Missions
 
 # -- from a verb of the threaded `Chassis` to the awaited one: same name, same arguments, same types ---------
 #
@@ -133,6 +133,49 @@ class RobotApi:
     events = answer(ThreadedApi.events)
     unresolved = answer(ThreadedApi.unresolved)
     statistics = answer(ThreadedApi.statistics)
+
+
+awaited = answer  # a method of the next class has its name
+
+
+class Missions:
+    """The missions of one robot, see `woosh_pure.missions.Missions`. A handle is awaited for its end.
+
+        handle = await robot.missions.run("round.mission.toml")
+        run = await handle
+
+    Attributes:
+        api: The underlying threaded `Missions`.
+    """
+
+    def __init__(self, api: ThreadedMissions, calls: ThreadCalls) -> None:
+        self.api, self._calls = api, calls
+
+    async def stop(self, *, by: str = "program") -> StopReport:
+        """Stop the robot, end the run as stopped, and pause the queue. It completes once it is called."""
+        return await self._calls.finish(lambda: self.api.stop(by=by))
+
+    state = SameProperty[State](ThreadedMissions.state, "api")
+    queue = SameProperty[Sequence[Entry]](ThreadedMissions.queue, "api")
+    list = awaited(ThreadedMissions.list)
+    path = awaited(ThreadedMissions.path)
+    load = awaited(ThreadedMissions.load)
+    check = awaited(ThreadedMissions.check)
+    save = awaited(ThreadedMissions.save)
+    remove = awaited(ThreadedMissions.remove)
+    run = awaited(ThreadedMissions.run)
+    append = awaited(ThreadedMissions.append)
+    unqueue = awaited(ThreadedMissions.unqueue)
+    clear = awaited(ThreadedMissions.clear)
+    reorder = awaited(ThreadedMissions.reorder)
+    pause = awaited(ThreadedMissions.pause)
+    resume = awaited(ThreadedMissions.resume)
+    answer = awaited(ThreadedMissions.answer)
+    status = awaited(ThreadedMissions.status)
+    find = awaited(ThreadedMissions.find)
+    since = awaited(ThreadedMissions.since)
+    wait_for = awaited(ThreadedMissions.wait_for)
+    add_webhook = awaited(ThreadedMissions.add_webhook)
 
 
 _log: logging.Logger = get_logger("woosh_pure.aio")
@@ -282,8 +325,6 @@ class Chassis(Readings, SettingHints):
 
         await (await robot.missions.run("round.mission.toml"))
         """
-        from woosh_pure.aio.missions import Missions
-
         return Missions(self.chassis.missions, self._calls)
 
     @property

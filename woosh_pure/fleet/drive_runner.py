@@ -25,12 +25,13 @@ from woosh_pure.chassis import Chassis
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import NavDirection, NavigationMode
 from woosh_pure.errors import FirmwareLimit, MotionRefused
-from woosh_pure.fleet.action_handlers.running_action import end_is_known, ended_by_others
+from woosh_pure.fleet.action_handlers.running_action import ended_by_others
 from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.order.events import Drive, DriveEnded, StopEnded
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.motion.action_goal import NavigationHandle
 from woosh_pure.motion.task import TaskHandle
+from woosh_pure.outcome import end_is_known
 
 _log = get_logger("woosh_pure.fleet.drive_runner")
 _MODE_SECONDS = 5.0

@@ -27,7 +27,7 @@ from woosh_pure.fleet.order.state import OrderState, changed, first_state, read_
 from woosh_pure.fleet.order.vehicle_limits import Capabilities
 
 if TYPE_CHECKING:
-    from woosh_pure.fleet.state_file import Store
+    from woosh_pure.state_file import Store
 
 _log = get_logger("woosh_pure.fleet.persistent_order")
 

@@ -48,7 +48,8 @@ from woosh_pure.fleet.published_messages import (
     factsheet_message,
     visualization_message,
 )
-from woosh_pure.fleet.state_file import Journal, Store, StoreInUse
+from woosh_pure.fleet.state_file import Journal
+from woosh_pure.state_file import Store, StoreInUse
 
 _log = get_logger("woosh_pure.fleet.vehicle")
 STATE_EVERY = 25.0

@@ -29,7 +29,6 @@ from rosproto.sentence import both, say
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import TaskState
 from woosh_pure.errors import ChassisError
-from woosh_pure.fleet.state_file import Store, StoreInUse, default_folder
 from woosh_pure.missions import machine
 from woosh_pure.missions.file import MissionFiles
 from woosh_pure.missions.machine import Event, Notice, Phase, Refused, Run, State
@@ -37,6 +36,7 @@ from woosh_pure.missions.mission import Mission, MissionError, mission_of
 from woosh_pure.missions.steps import StepRunner
 from woosh_pure.missions.webhooks import Webhook
 from woosh_pure.reasons import Ready, ReasonKey
+from woosh_pure.state_file import Store, StoreInUse, default_folder
 from woosh_pure.stopping.report import StopReport
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rosproto.codec import from_dict, service_class
 from rosproto.errors import ConnectionLost, RosError, RosTimeout, ServiceError
@@ -16,15 +16,16 @@ from rosproto.files import save_file
 from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure import interface
-from woosh_pure.chassis import Chassis
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import Direction
-from woosh_pure.fleet.action_handlers.running_action import end_is_known
 from woosh_pure.maps.marks import own_marks
 from woosh_pure.missions.machine import Carry, Result, Sent, StepEnded
 from woosh_pure.motion.motion import GoalHandle
-from woosh_pure.outcome import Outcome, OutcomeKind
+from woosh_pure.outcome import Outcome, OutcomeKind, end_is_known
 from woosh_pure.values.messages import message_type
+
+if TYPE_CHECKING:
+    from woosh_pure.chassis import Chassis
 
 _log = get_logger("woosh_pure.missions.steps")
 _SLICE = 0.05
@@ -220,11 +221,12 @@ def _light(step: StepRunner) -> None:
 
 
 def _picture(step: StepRunner) -> None:
-    from woosh_pure.web.camera import jpeg_of
+    from rosproto.numeric import encode_png
 
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S-%f")
     name = re.sub(r"[^\w.-]", "_", step.value("file") or "picture")
-    save_file(step.folder / f"{name}-{stamp}.jpg", jpeg_of(step.chassis.camera.wait(_READING_SECONDS)))
+    image = step.chassis.camera.wait(_READING_SECONDS)
+    save_file(step.folder / f"{name}-{stamp}.png", encode_png(image.visible()))
 
 
 def _call(step: StepRunner) -> None:

@@ -16,7 +16,7 @@ from tests.support.fleet import LIMITS, PureVehicle, action
 from woosh_pure.fleet.order import changed, read_state
 from woosh_pure.fleet.order.events import ModeChanged
 from woosh_pure.fleet.persistent_order import PersistentOrder
-from woosh_pure.fleet.state_file import MIN_CHANGES, Store, StoreInUse
+from woosh_pure.state_file import MIN_CHANGES, Store, StoreInUse
 
 
 class RecordedStore(Store):
@@ -201,7 +201,7 @@ def test_one_file_belongs_to_one_vehicle(tmp_path: Path) -> None:
 HOLDER = """
 import sys
 from pathlib import Path
-from woosh_pure.fleet.state_file import Store
+from woosh_pure.state_file import Store
 store = Store(Path(sys.argv[1]), "Woosh", "1")
 store.lock()
 print("locked", flush=True)

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from woosh_pure import Chassis, aio
-from woosh_pure.aio import missions as aio_missions
 from woosh_pure.feed import feed
 from woosh_pure.missions import Missions
 from woosh_pure.motion import action_goal, motion, task
@@ -26,7 +25,7 @@ PAIRS = [
     (action_goal.StepHandle, aio.StepHandle),
     (velocity.Drive, aio.Drive),
     (RobotApi, aio.RobotApi),
-    (Missions, aio_missions.Missions),
+    (Missions, aio.Missions),
 ]
 LEFT_OUT = {
     "Chassis.aio": "the face itself",
@@ -45,7 +44,6 @@ LEFT_OUT = {
     "RobotApi.close": "closing the Chassis does it",
     "Missions.close": "closing the Chassis does it",
     "Missions.files": "of the files, which are read by name",
-    "Missions.folder": "of use inside only",
 }
 OTHER_ARGUMENTS = {
     "wait": {"meanwhile"},  # other tasks run meanwhile; `progress()` shows how far it is

@@ -87,7 +87,7 @@ def run_vda5050(args: Namespace, out: Output) -> None:
     from woosh_pure.chassis import Chassis
     from woosh_pure.fleet import Store, Vehicle
     from woosh_pure.fleet.broker_connection import paho
-    from woosh_pure.fleet.state_file import default_folder
+    from woosh_pure.state_file import default_folder
 
     try:
         paho()

@@ -21,7 +21,7 @@ from woosh_pure.fleet.chassis_facts import Load
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.order.events import ActionEnded, BeginAction
 from woosh_pure.motion.motion import GoalHandle
-from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
+from woosh_pure.outcome import Outcome, OutcomeKind, end_is_known
 
 _log = get_logger("woosh_pure.fleet.action_handlers.running_action")
 
@@ -61,13 +61,6 @@ class Task:
         if not end_is_known(outcome):
             raise GoalFailed(outcome)
         raise ChassisError("it was cancelled")
-
-
-def end_is_known(outcome: Outcome) -> bool:
-    """Whether a goal has ended for certain: False if the chassis may go on with it, because the link was lost
-    or the cancel was not confirmed."""
-    open_ended = (OutcomeKind.CONNECTION_LOST, OutcomeKind.TIMED_OUT)
-    return outcome.kind not in open_ended and outcome.text != NOT_CONFIRMED
 
 
 def ended_by_others(outcome: Outcome) -> bool:
