@@ -366,7 +366,7 @@ class Missions(MissionFiles):
             path.unlink(missing_ok=True)
             reply.unlink(missing_ok=True)
         if "error" in answer:
-            raise MissionError(answer["error"])
+            raise Refused(answer["error"])
         return str(answer["id"])
 
     def _take_requests(self, stopped: bool) -> None:

@@ -6,6 +6,7 @@ import json
 import os
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -71,16 +72,15 @@ def use_webhook(missions: Missions, args: Namespace) -> None:
         missions.add_webhook(args.webhook, os.environ.get("WOOSH_WEBHOOK_SECRET", ""))
 
 
-def _apart(args: Namespace) -> Missions:
-    """The missions of the robot, without a connection to it: other programs carry them out."""
+def run_mission(args: Namespace, out: Output) -> None:
+    if args.verb in _VERBS:
+        _VERBS[args.verb](args, out)
+        return
     from woosh_pure.chassis import Chassis
 
     address, host = chosen(args)
-    return Missions(Chassis(address, host=host, robot_api=False), carries=False)
-
-
-def run_mission(args: Namespace, out: Output) -> None:
-    _VERBS[args.verb](args, out)
+    with closing(Missions(Chassis(address, host=host, robot_api=False), carries=False)) as missions:
+        _APART[args.verb](args, out, missions)
 
 
 def _run(args: Namespace, out: Output) -> None:
@@ -180,8 +180,7 @@ def _show(args: Namespace, out: Output) -> None:
     out.answer(mission.data(), text_of(mission).rstrip())
 
 
-def _queue(args: Namespace, out: Output) -> None:
-    missions = _apart(args)
+def _queue(args: Namespace, out: Output, missions: Missions) -> None:
     if args.append:
         mission = missions.load(args.append)
         missions.append(args.append, _given(args.set, mission), by=BY)
@@ -199,35 +198,31 @@ def _queue(args: Namespace, out: Output) -> None:
     elif state.paused:
         out.line("the queue is paused; `woosh mission resume` lets it go on")
     out.result({"paused": state.paused, "queue": [entry_json(entry) for entry in state.queue]})
-    missions.close()
 
 
-def _pause(args: Namespace, out: Output) -> None:
-    missions = _apart(args)
+def _pause(args: Namespace, out: Output, missions: Missions) -> None:
     missions.pause(by=BY)
     _tell(missions, out)
 
 
 def _stop(args: Namespace, out: Output) -> None:
-    with connect(args, out) as chassis:
-        missions = Missions(chassis, carries=False)
+    with connect(args, out) as chassis, closing(Missions(chassis, carries=False)) as missions:
         report = missions.stop(by=BY)
         out.line(str(report))
         _tell(missions, out)
 
 
-def _answer(args: Namespace, out: Output) -> None:
-    missions = _apart(args)
+def _answer(args: Namespace, out: Output, missions: Missions) -> None:
     missions.answer(args.answer, by=BY)
     _tell(missions, out)
 
 
-def _status(args: Namespace, out: Output) -> None:
-    _tell(_apart(args), out)
+def _status(args: Namespace, out: Output, missions: Missions) -> None:
+    _tell(missions, out)
 
 
 def _tell(missions: Missions, out: Output) -> None:
-    """Print the run, and end."""
+    """Print the run."""
     state = missions.state
     run = state.run
     if run is None:
@@ -248,10 +243,12 @@ def _tell(missions: Missions, out: Output) -> None:
             out.line(text)
     count = len(state.queue)
     out.result({"run": run and run_json(run), "queue": count, "paused": state.paused, "disk": state.disk})
-    missions.close()
 
 
 _VERBS: Mapping[str, Callable[[Namespace, Output], None]] = {
-    "run": _run, "check": _check, "list": _list, "show": _show, "queue": _queue, "pause": _pause,
-    "resume": _resume, "stop": _stop, "answer": _answer, "status": _status,
+    "run": _run, "check": _check, "list": _list, "show": _show, "resume": _resume, "stop": _stop,
 }  # fmt: skip
+_APART: Mapping[str, Callable[[Namespace, Output, Missions], None]] = {
+    "queue": _queue, "pause": _pause, "answer": _answer, "status": _status,
+}  # fmt: skip
+"""Without a connection to the robot."""
