@@ -75,6 +75,7 @@ class Model:
 
     def over(self, phase: str) -> None:
         assert self.run is not None
+        self.paused = self.paused or phase != "done"
         self.run.update(phase=phase, begun=False, due=None, paused=False)
 
     def lead(self, target: str) -> None:

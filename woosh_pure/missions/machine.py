@@ -562,6 +562,9 @@ class _Change:
             self.set(Phase.WAITING, failure=why, at=0, attempt=0)
 
     def end(self, phase: Phase, text: str = "") -> None:
+        """End the run. The queue goes on only after one that is done: a stop can look like a failure."""
+        if phase is not Phase.DONE:
+            self.state = replace(self.state, paused=True)
         self.set(phase, reason=text, begun=False, paused=False)
         self.note("end", text, phase=phase.value)
 
