@@ -48,17 +48,23 @@ def parse(text: str, name: str = "mission") -> Mission:
         raise _at(error, name) from None
 
 
-def load(path: str | Path) -> Mission:
+def load(path: str | Path, name: str = "") -> Mission:
     """Read a file.
+
+    Args:
+        name: For errors; "" is the path.
 
     Raises:
         MissionError, ImportError: See `parse`.
         OSError: It cannot be read.
     """
+    name = name or str(path)
     try:
-        return parse(read_text(path, limit=MAX_BYTES), str(path))
-    except UnicodeDecodeError:
-        raise MissionError(say("{path} is not text in UTF-8", path=path)) from None
+        text = read_text(path, limit=MAX_BYTES)
+    except ValueError:
+        short = "{name} is not text in UTF-8 of at most {max_bytes} bytes"
+        raise MissionError(say(short, name=name, max_bytes=MAX_BYTES)) from None
+    return parse(text, name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,21 +77,29 @@ class StoredMission:
 
 
 class MissionFiles:
-    """The folder of the mission files of this user."""
+    """The folder of the mission files."""
+
+    _files: Path | None = None
 
     @property
     def files(self) -> Path:
-        """The folder of the mission files."""
-        return directory() / "missions"
+        """The folder: the user's, or another one that was set."""
+        return self._files or directory() / "missions"
+
+    @files.setter
+    def files(self, folder: Path) -> None:
+        self._files = folder
 
     def list(self) -> Sequence[StoredMission]:
         """The files of the folder of missions, sorted by name."""
         found = []
         for path in sorted(self.files.glob(f"*{SUFFIX}")):
             try:
-                found.append(StoredMission(path.name, load(path)))
-            except (MissionError, OSError) as error:
+                found.append(StoredMission(path.name, load(path, path.name)))
+            except MissionError as error:
                 found.append(StoredMission(path.name, None, str(error)))
+            except OSError as error:
+                found.append(StoredMission(path.name, None, str(error.strerror)))
         return found
 
     def path(self, file: str | Path) -> Path:

@@ -268,6 +268,11 @@ class Missions(MissionFiles):
         runs = (*state.history, *((state.run,) if state.run else ()))
         return next((run for run in runs if run.entry.id == id), None)
 
+    @property
+    def owner(self) -> str:
+        """The name by which the run under way holds the lease; "" while there is none."""
+        return self._owner
+
     def since(self, number: int) -> Sequence[Notice]:
         """The notices after that number, of the last 500."""
         return [notice for notice in self.state.notices if notice.number > number]
@@ -294,7 +299,7 @@ class Missions(MissionFiles):
             ValueError: The URL or the secret is not one.
             MissionError: Another program carries the missions out.
         """
-        self._open()
+        self.open()
         self._webhook = Webhook(url, secret, lambda: self.state, self._delivered)
 
     def _delivered(self, number: int) -> None:
@@ -321,7 +326,7 @@ class Missions(MissionFiles):
     def _ask(self, event: Event) -> str:
         """Have the thread apply an event, or the other program that has the state open; the new id."""
         try:
-            self._open()
+            self.open()
         except StoreInUse:
             return self._ask_other(event)
         done: Future[str] = Future()
@@ -333,7 +338,12 @@ class Missions(MissionFiles):
                 say("the missions do not answer"), what="missions", seconds=_ASK_SECONDS
             ) from late
 
-    def _open(self) -> None:
+    def open(self) -> None:
+        """Carry the missions out in this program, as with the first request. Nothing moves by it.
+
+        Raises:
+            StoreInUse: Another program does, which gets what is asked for here.
+        """
         with self._opening:
             if self._closed:
                 raise MissionError(say("the missions of this Chassis are closed"))
@@ -445,8 +455,8 @@ class Missions(MissionFiles):
                 self._store.save(after.to_json())
             except OSError as error:
                 text = "the state of the missions cannot be kept: {error}; nothing begins until it can"
-                problem = say(text, error=error)
-                _log.error("! %s", problem)
+                problem = say(text, error=error.strerror or error)
+                _log.error("! %s (%s)", problem, error)
                 self._due["disk"] = now + _DISK_SECONDS
                 self._state, _ = machine.step(before, machine.Disk(problem), now, at)
                 after, effects = machine.step(self._state, event, now, at)
