@@ -36,6 +36,7 @@ def app(
     name: str | None = None,
     marks: Iterable[NamedPlace] | Mapping[str, Iterable[NamedPlace]] = (),
     recordings: str | Path | None = None,
+    missions: str | Path | None = None,
     max_clients: int = MAX_CLIENTS,
     simulator: SimulatedChassis | Mapping[str, SimulatedChassis] | None = None,
 ) -> FastAPI:
@@ -56,6 +57,7 @@ def app(
             change, or any objects with `name` and `pose`; changes of those last as long as the application.
             The chassis cannot list its own. With several robots, a mapping from robot name to marks.
         recordings: Folder for recorded bags. With None, the first recording creates a temporary folder.
+        missions: Folder of mission files; None for that of each Chassis, the user's.
         max_clients: The most pages that show the robots at a time.
         simulator: The simulated chassis that `chassis` drives, or those of several by the robot's name: the
             page and the API can then press its emergency stop, put obstacles in its way, and so on.
@@ -91,6 +93,8 @@ def app(
     simulators = simulator if isinstance(simulator, Mapping) else dict.fromkeys(list(robots)[:1], simulator)
     made = {}
     for each, one in robots.items():
+        if missions is not None:
+            one.missions.files = Path(missions)
         own = folder if folder is None or len(robots) == 1 else folder / each
         if own is not None:
             own.mkdir(exist_ok=True)

@@ -21,7 +21,7 @@ from rosproto.errors import RosError
 from rosproto.sentence import both, say
 from rosproto.text import printable
 from rosproto.version import __version__
-from woosh_pure.web.api import commands, marks, readings, session, stop
+from woosh_pure.web.api import commands, marks, missions, readings, session, stop
 from woosh_pure.web.api.dependencies import named_robot
 from woosh_pure.web.context import WebContext
 from woosh_pure.web.http_errors import MEDIA_TYPE, Problem, problem_of, worded
@@ -44,7 +44,7 @@ _ROBOT = (
         readings.pictures,
         readings.feeds,
     ),
-    *(readings.journal, marks.router, commands.lease, commands.recordings, session.viewers),
+    *(readings.journal, marks.router, missions.router, commands.lease, commands.recordings, session.viewers),
     commands.simulator,
 )
 _SERVER = (readings.robots, session.login)
@@ -91,9 +91,9 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
         app.add_middleware(
             CORSMiddleware,
             allow_origins=list(origins),
-            allow_methods=["GET", "POST", "PATCH", "DELETE"],
-            allow_headers=["authorization", "content-type", "idempotency-key", "x-woosh-session"],
-            expose_headers=["location"],
+            allow_methods=["GET", "POST", "PUT", "PATCH", "DELETE"],
+            allow_headers=["authorization", "content-type", "idempotency-key", "if-match", "x-woosh-session"],
+            expose_headers=["location", "etag"],
         )
     describe(app)
     return app

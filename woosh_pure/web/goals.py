@@ -55,6 +55,14 @@ COMMANDS = {
     "take_over": "take over from {holder}",
     "simulate": "change the simulation: {changes}",
     "switch_map": "switch to the map {map} of {scene}",
+    "mission": "mission {mission}",
+    "save_mission": "save mission {mission}",
+    "delete_mission": "delete mission {mission}",
+    "pause_missions": "pause the missions",
+    "resume_missions": "resume the missions",
+    "stop_missions": "stop the mission",
+    "clear_missions": "empty the queue",
+    "answer_mission": "answer {answer}",
 }
 
 
@@ -91,12 +99,12 @@ class Journal:
         self._entries: dict[int, tuple[int, Entry]] = {}  # with the version of its last change
         self.version = 0
 
-    def begin(self, who: str, what: Command | str, goal: str = "") -> int:
-        """Add an entry for a command that begins. Return its number, for `end`."""
+    def begin(self, who: str, what: Command | str, goal: str = "", *, at: float | None = None) -> int:
+        """Add an entry for a command that begins, now or at a time. Return its number, for `end`."""
         text, key, values = what if isinstance(what, Command) else Command(what)
         with self._lock:
             number = next(self._numbers)
-            began, who, text = round(time.time(), 3), short(shown(who), 200), short(shown(text), 200)
+            began, who, text = round(at or time.time(), 3), short(shown(who), 200), short(shown(text), 200)
             entry = Entry(
                 id=number,
                 at=began,
@@ -124,18 +132,21 @@ class Journal:
         *,
         reasons: tuple[dict[str, object], ...] = (),
         said: dict[str, str] | None = None,
+        at: float | None = None,
     ) -> None:
         """Note the end of an entry, with `reasons` and `said`. A dropped entry is ignored."""
-        ended, text = round(time.time(), 3), short(shown(text), 1000)
+        ended, text = round(at or time.time(), 3), short(shown(text), 1000)
         changes = {"state": state, "text": text, "ended": ended, "reasons": reasons, "said": said}
         with self._lock:
             if number in self._entries:
                 _, entry = self._entries[number]
                 self._put(Entry.model_validate({**entry.model_dump(), **changes}))  # a copy: others hold it
 
-    def note(self, who: str, what: Command | str, state: str = "done", text: str = "") -> None:
+    def note(
+        self, who: str, what: Command | str, state: str = "done", text: str = "", at: float | None = None
+    ) -> None:
         """Add an entry for a finished command."""
-        self.end(self.begin(who, what), state, text)
+        self.end(self.begin(who, what, at=at), state, text, at=at)
 
     def entries(self) -> list[Entry]:
         """Return all entries, the oldest first."""

@@ -19,6 +19,8 @@ from rosproto.sentence import Sentence, say, sentence_of, shown
 from rosproto.text import printable
 from woosh_pure.errors import ApiRefused, ChassisError, FirmwareLimit, GoalFailed, MotionRefused, StaleState
 from woosh_pure.language import translated
+from woosh_pure.missions.machine import Refused
+from woosh_pure.missions.mission import MissionError
 from woosh_pure.web.snapshot import ADVICE, plain, reasons_part, said_part
 
 T = TypeVar("T")
@@ -64,6 +66,8 @@ KINDS: tuple[tuple[type[Exception], int, str], ...] = (
     (ConnectionLost, 503, "connection-lost"),
     (ServiceError, 502, "service-error"),
     (ApiRefused, 409, "api-refused"),
+    (Refused, 409, "mission"),
+    (MissionError, 422, "mission"),
     (ChassisError, 502, "chassis-error"),
     (BagError, 503, "bag-error"),
     (RosError, 502, "ros-error"),
@@ -150,6 +154,8 @@ def _facts(error: Exception) -> dict[str, object]:
     facts: dict[str, object] = {}
     if isinstance(error, MotionRefused):
         facts.update(reasons=reasons_part(error.reasons), said=said_part(error.robot_text))
+    elif isinstance(error, MissionError):
+        facts.update(path=[*error.path], line=error.line, column=error.column)
     elif isinstance(error, ApiRefused):
         facts.update(said=said_part(error.robot_text))
     elif isinstance(error, StaleState):

@@ -24,6 +24,7 @@ from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live.manual_drive import ManualDrive
 from woosh_pure.web.maps import MapCache
 from woosh_pure.web.marks import MarkList
+from woosh_pure.web.missions import RobotMissions
 from woosh_pure.web.recordings import RecordingManager
 from woosh_pure.web.robot_site import RobotSite
 from woosh_pure.web.snapshot import LISTENED, NewestReadings
@@ -92,8 +93,8 @@ class Robot:
         chassis: The Chassis; the caller opens and closes it.
         marks: The server's list of marks.
         site: What the robot itself names: marks, maps, zones, outline.
-        journal, goals, idempotent_answers, manual_drive, map, cameras, costmap, recordings: See their
-            classes.
+        journal, goals, idempotent_answers, manual_drive, map, cameras, costmap, recordings, missions: See
+            their classes.
         simulator: The simulated chassis behind `chassis`; None for a real robot.
         unreachable: Why the Chassis is not connected yet; "" once it is.
     """
@@ -117,6 +118,7 @@ class Robot:
         self.cameras = {source: SharedFeed[Image](chassis, row) for source, row in CAMERAS.items()}
         self.costmap = SharedFeed[DynamicMessage](chassis, COSTMAP)
         self.recordings = RecordingManager(chassis, recordings)
+        self.missions = RobotMissions(chassis, self.journal)
         self.unreachable = ""
         self._listening = False
         self._stops = StopQueue(self._stop)

@@ -29,6 +29,7 @@ from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.transport import is_loopback, local_address_towards, make_uri
 from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, simulated_marks
+from woosh_pure.cli.commands.mission import add_webhook, use_webhook
 from woosh_pure.cli.connection import connect, reaching, watchdog_of
 from woosh_pure.cli.output import Output
 from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
@@ -78,6 +79,9 @@ def add_web(parser: ArgumentParser) -> None:
     marks = "list of marks (default: that of `woosh marks`)"
     parser.add_argument("--marks", type=Path, metavar="FILE", help=marks)
     parser.add_argument("--recordings", type=Path, metavar="FOLDER", help="folder for bags (a temporary one)")
+    missions = "folder of missions (default: that of `woosh mission list`)"
+    parser.add_argument("--missions", type=Path, metavar="FOLDER", help=missions)
+    add_webhook(parser)
     add_max_clients(parser)
     add_watchdog(parser)
 
@@ -139,6 +143,7 @@ def page_of(
         hosts=[*args.host_name, args.bind],
         marks=marks,
         recordings=args.recordings,
+        missions=args.missions,
         max_clients=args.max_clients,
         simulator=simulators,
     )
@@ -148,6 +153,8 @@ def page_of(
         if error.filename:  # a file of TLS
             raise
         raise CommandError(error.strerror or str(error)) from error
+    for chassis in robots.values():
+        use_webhook(chassis.missions, args)
     waiting = _Waiting(app, robots, out)
     with server:
         # A pipe, a log or a browser's command line gets no token that is not on our own command line.

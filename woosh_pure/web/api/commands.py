@@ -14,6 +14,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.responses import FileResponse
+from pydantic import BaseModel
 from starlette.concurrency import run_in_threadpool
 
 from woosh_pure.maps.marks import UserMark
@@ -41,7 +42,7 @@ from woosh_pure.web.snapshot import lease_part, pose_part
 
 goals = APIRouter(tags=["goals"], responses=PROBLEMS)
 _GOAL_PROBLEMS = problems(409, 501)
-_KEY_USED: dict[int | str, dict[str, object]] = {
+KEY_USED: dict[int | str, dict[str, object]] = {
     422: {**problems(422)[422], "description": "not as described, or another request had this key"}
 }
 CANCEL_SECONDS = 2.0
@@ -64,7 +65,7 @@ Key = Annotated[
     "/goals",
     status_code=201,
     response_model=models.Goal,
-    responses={**CREATED, **_GOAL_PROBLEMS, **_KEY_USED},
+    responses={**CREATED, **_GOAL_PROBLEMS, **KEY_USED},
     dependencies=[Depends(note_arrival)],
 )
 def create_goal(
@@ -73,13 +74,18 @@ def create_goal(
     """Start a motion. It does not depend on this connection: it ends when done, cancelled, or timed out."""
     robot, client = check_command(request, lease=False)
     with request.state.call:
-        if key is None:
-            goal = _begin(robot, client, body)
-        else:
-            begin = partial(_begin, robot, client, body)
-            goal = robot.idempotent_answers.give(client.name, key.strip('"'), body.model_dump_json(), begin)
+        goal = answered_once(robot, client, key, body, partial(_begin, robot, client, body))
     response.headers["location"] = f"{request.url.path}/{goal['id']}"
     return worded(goal, request.headers)
+
+
+def answered_once(
+    robot: Robot, client: Client, key: str | None, body: BaseModel, begin: Callable[[], dict[str, object]]
+) -> dict[str, object]:
+    """Return what `begin` returns, or the first answer to this request if its key is known."""
+    if key is None:
+        return begin()
+    return robot.idempotent_answers.give(client.name, key.strip('"'), body.model_dump_json(), begin)
 
 
 def _begin(robot: Robot, client: Client, body: models.GoalRequest) -> dict[str, object]:

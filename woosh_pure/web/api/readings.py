@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Callable
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -33,6 +35,7 @@ from woosh_pure.web.context import WebContext
 from woosh_pure.web.goals import command
 from woosh_pure.web.http_errors import Problem, worded
 from woosh_pure.web.live import robot_state
+from woosh_pure.web.missions import RobotMissions
 from woosh_pure.web.robot_site import FIRST_SECONDS
 from woosh_pure.web.snapshot import ages, faults_part, plain, pose_part, readiness_part, text_of
 
@@ -85,7 +88,9 @@ def get_faults(request: Request) -> dict[str, object]:
 @journal.get("/journal", response_model=list[models.Entry])
 def get_journal(request: Request) -> list[dict[str, object]]:
     """What was done, by whom, and how it ended; the oldest first."""
-    return worded([entry.model_dump() for entry in robot_of(request).journal.entries()], request.headers)
+    robot = robot_of(request)
+    robot.missions.note_runs()
+    return worded([entry.model_dump() for entry in robot.journal.entries()], request.headers)
 
 
 @robots.get("/robots", response_model=list[models.RobotEntry])
@@ -103,8 +108,11 @@ _logger = get_logger("woosh_pure.web")
 
 feeds = APIRouter(tags=["feeds"], responses=PROBLEMS, dependencies=_ASKS_ROBOT)
 MAX_STREAMS, STUCK_SECONDS, BEAT_SECONDS, LOOK_SECONDS = 32, 10.0, 5.0, 0.25
-_EVENTS: dict[int | str, dict[str, object]] = {
-    200: {"content": {"text/event-stream": {}}, "description": "one event for each new value, as FeedValue"}
+EVENTS: dict[int | str, dict[str, object]] = {
+    200: {
+        "content": {"text/event-stream": {}},
+        "description": "one event for each new value, as GET returns it",
+    }
 }
 
 
@@ -149,25 +157,35 @@ def get_feed(feed: str, request: Request) -> dict[str, object]:
     return _value(feed, found)
 
 
-@feeds.get("/feeds/{feed}/stream", response_class=Response, responses={**_EVENTS, **problems(415)})
+@feeds.get("/feeds/{feed}/stream", response_class=Response, responses={**EVENTS, **problems(415)})
 def stream_feed(
     feed: str, request: Request, rate: float = Query(10.0, gt=0.0, le=20.0, description="events a second")
 ) -> Response:
     """New values as Server-Sent Events. A slow reader gets fewer of them, and always the newest."""
     found = _feed(feed, request)
     found.open()
-    return _Events(context_of(request), feed, found, rate)
+    return EventStream(context_of(request), feed, found, partial(_value, feed, found), rate)
 
 
-class _Events(Response):
-    """The stream of events. It ends if the reader accepts nothing for ten seconds."""
+class EventStream(Response):
+    """A stream of the documents of a feed, or of the missions. It ends if the reader accepts nothing for ten
+    seconds.
+    """
 
     media_type = "text/event-stream"
 
-    def __init__(self, context: WebContext, name: str, feed: ChassisFeed[object], rate: float) -> None:
+    def __init__(
+        self,
+        context: WebContext,
+        name: str,
+        feed: ChassisFeed[object] | RobotMissions,
+        document: Callable[[], object],
+        rate: float,
+    ) -> None:
         super().__init__()
         del self.headers["content-length"]
         self._context, self._name, self._feed, self._rate = context, name, feed, rate
+        self._document = document
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if self._context.streams >= MAX_STREAMS:  # here, where it is counted: many may be asked for at once
@@ -191,7 +209,7 @@ class _Events(Response):
         while not (gone.done() or self._feed.closed or self._context.closed):
             if self._feed.count != count and self._feed.known is not None:
                 count = self._feed.count
-                text = text_of(_value(self._name, self._feed))
+                text = text_of(await run_in_threadpool(self._document))
                 sent_at = await _tell(send, f"event: {self._name}\nid: {count}\ndata: {text}\n\n")
             elif time.monotonic() - sent_at > BEAT_SECONDS:
                 sent_at = await _tell(send, ": nothing new\n\n")

@@ -41,7 +41,7 @@ LOST_AFTER = 1.5
 """A robot counts as lost after this time without a message; a running chassis sends many a second."""
 STATE_PARTS = (
     *("status", "battery", "velocity", "odometer"),
-    *("readiness", "faults", "goals", "recordings", "activity", "rates"),
+    *("readiness", "faults", "goals", "recordings", "missions", "activity", "rates"),
 )
 
 

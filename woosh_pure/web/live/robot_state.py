@@ -42,6 +42,7 @@ def slow_parts(robot: Robot) -> dict[str, object]:
         "faults": faults_part(faults),
         "goals": [goal.as_json() for goal in robot.goals.all()[-10:]],
         "recordings": [one.as_json() for one in robot.recordings.all()],
+        "missions": robot.missions.part(),
     }
 
 
