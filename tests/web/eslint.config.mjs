@@ -4,7 +4,7 @@
 const browser = [
   "AbortController", "AbortSignal", "Blob", "Headers", "ReadableStream", "CSS", "URL", "URLSearchParams", "WebSocket", "ResizeObserver", "addEventListener", "console",
   "createImageBitmap", "devicePixelRatio", "document", "fetch", "getComputedStyle", "globalThis", "history", "innerHeight", "innerWidth", "localStorage",
-  "location", "matchMedia", "navigator", "performance", "requestAnimationFrame", "sessionStorage", "setInterval", "setTimeout", "clearTimeout", "clearInterval",
+  "location", "matchMedia", "navigator", "performance", "requestAnimationFrame", "sessionStorage", "setInterval", "setTimeout", "structuredClone", "clearTimeout", "clearInterval",
   "TextDecoderStream",
 ];
 

@@ -20,6 +20,9 @@ from fastapi import FastAPI, Request, WebSocket, WebSocketDisconnect
 from fastapi.responses import FileResponse, JSONResponse, Response
 from PIL import Image, ImageDraw
 
+from woosh_pure.missions import KINDS, STEP_KEYS
+from woosh_pure.web.snapshot import plain
+
 PAGE = Path(__file__).parents[2] / "woosh_pure" / "web" / "page"
 CSP = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
@@ -51,6 +54,36 @@ def jpeg() -> bytes:
     return out.getvalue()
 
 
+def mission_file(file: str, name: str) -> dict[str, Any]:
+    """A round with a question, as GET missions has it."""
+    steps: list[dict[str, Any]] = [
+        {"do": "go_to_mark", "mark": "$shelf", "name": "there", "retries": 2},
+        {"do": "ask", "text": "Is it loaded?", "answers": {"Yes": "next", "No": "there"}},
+        {"do": "wait", "seconds": 5},
+    ]
+    mission = {"mission": 1, "name": name, "description": name, "parameters": {"shelf": "A1"}, "step": steps}
+    return {**mission, "file": file, "version": "1", "problem": None, "mission": mission}
+
+
+def mission_run(state: str, **more: Any) -> dict[str, Any]:
+    """A run of that round at its question, as GET mission-runs has it."""
+    steps = [
+        {"do": "go_to_mark", "values": {"mark": "A1"}, "state": "done"},
+        {"do": "ask", "values": {"text": "Is it loaded?"}, "state": ""},
+    ]
+    question = {
+        "text": "Is it loaded?",
+        "answers": ["Yes", "No"],
+        "default": "",
+        "unknown": False,
+        "seconds_left": None,
+    }
+    return {
+        "id": "7", "mission": "Delivery", "who": "page 1", "state": state, "done": False, "step": 1, "steps": steps,
+        "question": question if state == "asking" else None, "said": None, **more,
+    }  # fmt: skip
+
+
 class Fake:
     """What the robot is, and what the tests look at afterwards."""
 
@@ -72,6 +105,8 @@ class Fake:
         self.takes_pose: bool | None = True  # None: it says nothing more
         self.goals: list[dict[str, Any]] = []
         self.recordings: list[dict[str, Any]] = []
+        self.runs: list[dict[str, Any]] = []
+        self.missions = [mission_file("round", "Delivery")]
         self.driver: str | None = None
         self.drive: dict[str, Any] = {"state": "driving"}  # answer to a press
         self.calls: list[tuple[str, str, Any]] = []
@@ -105,6 +140,7 @@ class Fake:
             "t": "state", "status": status, "battery": battery, "odometer": 1234.5,
             "velocity": {"vx": self.moves * 0.2 * math.sin(time.time()), "vy": 0.0, "wz": self.moves * 0.1},
             "readiness": self.ready, "faults": self.faults, "goals": self.goals, "recordings": self.recordings,
+            "missions": {"paused": False, "problem": None, "runs": self.runs},
             "activity": "driven" if self.driver else self.robot_state.lower().replace("_", " "),
             "rates": {"pose": 19.8, "scan": 9.9}, "ages": ages,
         }  # fmt: skip
@@ -154,6 +190,11 @@ class Fake:
         def picture() -> Response:
             return Response(map_png(), media_type="image/png")
 
+        @app.get("/api/v1/missions")
+        def missions() -> dict[str, Any]:
+            kinds = {name: plain(kind.keys) for name, kind in KINDS.items()}
+            return {"missions": self.missions, "kinds": kinds, "common": plain(STEP_KEYS)}
+
         @app.get("/api/v1/status")
         def status() -> dict[str, str]:
             return {}
@@ -169,7 +210,7 @@ class Fake:
             await asyncio.sleep(self.stop_delay)
             return self.report()
 
-        @app.api_route("/api/v1/{path:path}", methods=["POST", "DELETE"])
+        @app.api_route("/api/v1/{path:path}", methods=["POST", "PUT", "DELETE"])
         async def other(path: str, request: Request) -> Any:
             text = await request.body()
             body = json.loads(text) if text else None

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.slow
 LONG = "warehouse-north-hall-2-transport-robot-number-17"
 WORD = "Wareneingangskontrollbereichsleitung4711"
-TABS = ("go", "drive", "camera", "health", "log", "sim")
+TABS = ("go", "missions", "drive", "camera", "health", "log", "sim")
 _REASONS = [
     {"key": key, "text": WORD, "values": {}, "blocking": True, "doubt": False}
     for key in ("emergency_stop", "manual_mode", "a key that nobody knows")
@@ -57,6 +57,7 @@ def served(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Fake, str]]:
     monkeypatch.setattr(fake_server, "MARKS", marks)
     fake = fake_server.Fake()
     fake.robots = [LONG, f"{LONG}-b"]
+    fake.missions = [fake_server.mission_file("round", WORD)]
     fake.robot_state, fake.charging, fake.stands = "UNINITIALISED", True, False
     fake.ready = {"answer": "no", "text": "", "reasons": _REASONS}
     fake.faults = {"known": True, "present": True, "text": "", "active": _FAULTS}
@@ -79,6 +80,7 @@ def views(page: Page, fake: Fake) -> Iterator[str]:
     for tab in TABS:
         page.click(f"#tabbutton-{tab}")
         yield tab
+    yield from mission_views(page, fake)
     fake.holder, fake.asking = f"page 7 at {WORD}", []
     page.click("#tabbutton-drive")
     page.wait_for_selector(".lease button.ask")
@@ -122,6 +124,36 @@ def views(page: Page, fake: Fake) -> Iterator[str]:
     for tab in ("go", "health"):
         page.click(f"#tabbutton-{tab}")
         yield f"{tab}, lost"
+
+
+def mission_views(page: Page, fake: Fake) -> Iterator[str]:
+    """Those of the tab Missions, and of the card of a run."""
+    from tests.web.fake_server import mission_run
+
+    page.click("#tabbutton-missions")
+    page.click("#missions .saved .primary")
+    yield "the parameters of a mission"
+    page.click("#confirm .plain")
+    page.click("#missions .saved .plain")
+    page.click("#mission-steps li:nth-child(2) summary")
+    yield "the editor of a mission"
+    page.click("#editor .row .plain")
+    fake.runs = [
+        mission_run("done", id="5", done=True, steps=[]),
+        mission_run("queued", id="8", mission=WORD, steps=[]),
+    ]
+    page.wait_for_selector("#mission-runs .entry")
+    yield "a mission in the queue"
+    fake.runs.append(mission_run("asking", mission=WORD))
+    fake.runs[-1]["question"].update(text=f"{WORD} {WORD}", answers=[WORD, "a", "b", "c", "d"])
+    page.wait_for_selector("#mission .question")
+    yield "a mission asks"
+    page.click("#tabbutton-log")
+    fake.runs[-1] = mission_run("interrupted", mission=WORD)
+    page.wait_for_selector("#mission-resume")
+    yield "a mission was interrupted"
+    fake.runs = []
+    page.wait_for_selector("#mission", state="hidden")
 
 
 @pytest.mark.parametrize("language", ["en-US", "zh-CN"])

@@ -23,8 +23,8 @@ PAGE = Path(__file__).parents[4] / "woosh_pure" / "web" / "page" / "js"
 def words(language: str) -> dict[str, str]:
     """The dictionary of the page: one key and its text on a line."""
     found: dict[str, str] = {}
-    for name in (f"words_{language}.js", f"words_{language}_marks.js", f"words_{language}_state.js"):
-        found |= re.findall(r'^  "([^"]+)": "(.+)",$', (PAGE / name).read_text("utf-8"), re.MULTILINE)
+    for path in PAGE.glob(f"words_{language}*.js"):
+        found |= re.findall(r'^  "([^"]+)": "(.+)",$', path.read_text("utf-8"), re.MULTILINE)
     return found
 
 

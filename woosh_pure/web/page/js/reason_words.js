@@ -7,7 +7,7 @@ import { whoText } from "./command_words.js";
 const UNSURE = new Set(["unknown", "not_localised", "link_lost", "no_chassis", "silent", "unreachable"]);
 
 // {text, text_zh} in this language.
-export const said = (one) => (current() === "zh" ? one.text_zh || one.text : one.text || one.text_zh) ?? "";
+export const said = (one) => (current() === "zh" ? one?.text_zh || one?.text : one?.text || one?.text_zh) ?? "";
 
 // The text of one reason. A doubtful one, reported before the link broke, may be over.
 export function whyOf(reason) {
@@ -69,7 +69,7 @@ export function refusalText(problem, status) {
   if (cause) return cause;
   const lost = unlocalised(problem?.reasons);
   if (problem?.said) return [t("problem.said", { text: said(problem.said) }), lost ? todoOf(lost) : ""].filter(Boolean).join(" ");
-  return kindText(String(problem?.type ?? "").replace("urn:woosh:", ""), { holder: whoText(problem?.holder) })
+  return kindText(String(problem?.type ?? "").replace("urn:woosh:", ""), { holder: whoText(problem?.holder), detail: problem?.detail })
     || problem?.detail || problem?.title || t("error.status", { status });
 }
 

@@ -25,8 +25,8 @@ export class Rest {
     return this.call("POST", "login", { token }).then(() => null, (error) => error.message);
   }
 
-  async call(method, path, body = null, { timeout = 10, session = true } = {}) {
-    const headers = { "Accept-Language": current() };
+  async call(method, path, body = null, { timeout = 10, session = true, headers: more = {} } = {}) {
+    const headers = { "Accept-Language": current(), ...more };
     if (this.session && session) headers["X-Woosh-Session"] = this.session;
     if (body !== null) headers["Content-Type"] = "application/json";
     const ending = new AbortController();

@@ -5,7 +5,7 @@ import * as shapes from "./server_values.js";
 
 // Part of the state -> its name here, and its converter. The others are taken as they come.
 const PARTS = { status: ["robot", shapes.robot], battery: ["battery", shapes.battery], goals: ["goal", shapes.goal] };
-const SAME = ["activity", "readiness", "faults", "velocity", "odometer", "rates", "recordings"];
+const SAME = ["activity", "readiness", "faults", "velocity", "odometer", "rates", "recordings", "missions"];
 const MAX_ENTRIES = 200;
 const list = (value) => (Array.isArray(value) ? value : []);
 

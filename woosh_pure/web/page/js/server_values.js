@@ -26,7 +26,7 @@ export function goal(goals) {
 
 const RUNNING = new Set(["under way", "paused"]);
 const BAD = new Set(["failed", "refused", "rejected", "timed out", "connection lost", "STILL MOVES"]);
-const ENDED = new Set(["cancelled", "replaced", "not known", "sent"]); // neither well nor badly
+const ENDED = new Set(["cancelled", "replaced", "not known", "sent", "stopped", "interrupted"]); // neither well nor badly
 
 // "running", "ok", "bad" or "ended"
 export const kindOf = (state) =>

@@ -3,7 +3,7 @@
 import { byId, el, fill, icon, show } from "./dom.js";
 import { onLanguage, t } from "./i18n.js";
 
-export const TABS = ["go", "drive", "camera", "health", "log", "sim"];
+export const TABS = ["go", "missions", "drive", "camera", "health", "log", "sim"];
 
 export class Tabs {
   constructor(store) {

@@ -1,10 +1,12 @@
 // All sentences of the page in English. words_zh.js has the same keys; a test checks this.
 
 import { marks } from "./words_en_marks.js";
+import { missions } from "./words_en_missions.js";
 import { state } from "./words_en_state.js";
 
 export const en = {
   ...marks,
+  ...missions,
   ...state,
   "unknown": "not known",
   "skip.stop": "To the stop button",

@@ -1,10 +1,12 @@
 // 页面上的全部中文句子；键与 words_en.js 相同，由测试检查。
 
 import { marks } from "./words_zh_marks.js";
+import { missions } from "./words_zh_missions.js";
 import { state } from "./words_zh_state.js";
 
 export const zh = {
   ...marks,
+  ...missions,
   ...state,
   "unknown": "未知",
   "skip.stop": "跳到停止按钮",
