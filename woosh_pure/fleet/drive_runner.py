@@ -235,7 +235,7 @@ class DrivingLease:
     """
 
     def __init__(self, chassis: Chassis, serial: str, due: dict[str, float]) -> None:
-        self._lease, self._owner = chassis.lease, f"fleet manager of {serial}"
+        self._chassis, self._lease, self._owner = chassis, chassis.lease, f"fleet manager of {serial}"
         self._due = due
 
     def on_change(self, call: Callable[[], object]) -> Callable[[], None]:
@@ -244,9 +244,13 @@ class DrivingLease:
 
     @property
     def local_driver(self) -> str:
-        """The local driver who holds the lease; "" if none does."""
+        """The local driver who holds the lease, which a mission of this order is not; "" if none does."""
         holder = self._lease.holder
-        return "" if holder in (None, self._owner) else str(holder)
+        if holder in (None, self._owner):
+            return ""
+        missions = self._chassis.missions
+        run = missions.status() if holder == missions.owner else None
+        return "" if run is not None and run.entry.by == self._owner else str(holder)
 
     def hand_over(self) -> None:
         """Grant the lease to a local driver who asks; the mode becomes MANUAL, and the order is cleared."""

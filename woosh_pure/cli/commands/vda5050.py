@@ -56,7 +56,7 @@ def add_vda5050(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME=TARGET",
-        help="an action of yours: python.module:function, or '!program argument ...' (repeat for more)",
+        help="an action of yours: python.module:function, '!program ...' or mission:FILE (repeat for more)",
     )
     add(
         "--trigger",

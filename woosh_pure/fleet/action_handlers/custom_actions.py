@@ -12,11 +12,13 @@ import subprocess
 import sys
 import threading
 from collections.abc import Mapping
+from typing import Any
 
 from rosproto.sentence import say
 from woosh_pure.errors import ChassisError
 from woosh_pure.fleet.action_handlers.running_action import Handler, Task
 from woosh_pure.fleet.order.action_states import Parameter, Scope, SupportedAction
+from woosh_pure.missions.file import MissionFiles
 
 _MAX_RESULT_CHARACTERS = 1000
 _ENDS_SECONDS = 3.0  # for a program to end after SIGTERM
@@ -27,11 +29,13 @@ def handler_of(name: str, target: str) -> Handler:
 
     Args:
         name: The action's type, for errors.
-        target: "python.module:function", or "!program argument ...".
+        target: "python.module:function", "!program argument ...", or "mission:file".
 
     Raises:
         ValueError: It cannot be loaded.
     """
+    if target.startswith("mission:"):
+        return _mission(target.removeprefix("mission:"))
     return _program(target[1:]) if target.startswith("!") else _function(name, target)
 
 
@@ -78,6 +82,26 @@ def _program(command: str) -> Handler:
             raise ChassisError(f"{name} ended with {process.returncode}: {output}")
         return output
 
+    return run
+
+
+def _mission(file: str) -> Handler:
+    checked = MissionFiles().load(file)
+
+    def run(task: Task) -> None:
+        """Carries a mission out."""
+        missions, holder = task.chassis.missions, str(task.chassis.lease.holder or "VDA 5050")
+        handle = missions.run(checked, dict(task.parameters), by=holder)
+        missions.wait_for(
+            lambda: task.cancelled.is_set() or (handle.run is not None and handle.run.phase.over), None
+        )
+        if task.cancelled.is_set():
+            missions.stop(by=holder)
+            raise ChassisError("it was cancelled")
+        handle.wait(0.0)
+
+    handler: Any = run
+    handler.moves = True
     return run
 
 
