@@ -300,6 +300,19 @@ def placing_picture(browser: Browser, _: Path) -> bytes:
         return picture
 
 
+def mission_picture(browser: Browser, work: Path) -> bytes:
+    """The tab Missions while a mission asks."""
+    with hall_page(browser, DESK, "en-US", "light") as (page, chassis):
+        round_ = folder.parents[1] / "examples" / "missions" / "round.mission.toml"
+        chassis.missions.files = work / "missions"
+        chassis.missions.save("round", round_.read_text("utf-8"))
+        page.click("#tabbutton-missions")
+        page.click("#missions .saved .primary")
+        page.click("#confirm [type=submit]")
+        page.locator("#mission .question").wait_for(timeout=120_000)
+        return taken(page)
+
+
 # -- a window of Qt ------------------------------------------------------------------------------------------
 
 
@@ -323,6 +336,7 @@ MAKERS: dict[str, Callable[[Browser, Path], bytes]] = {
     "hall": hall_picture,
     "drive-pad": pad_picture,
     "placing": placing_picture,
+    "missions": mission_picture,
     "qt": qt_picture,
 }
 """How each picture is taken, by its name."""
