@@ -194,6 +194,8 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         """
         motions = self._components.motions
         motions.over = motions.over or _CLOSED  # without a call: no stack may be left, see `immediate_stop`
+        if self._missions is not None:
+            self._missions.closing = True  # before the stop: that interrupts the run, and does not end it
         motions.note_end(_CLOSED)
         problems = motions.executor.do(self._end, _CLOSE_SECONDS) if motions.moved else []
         if self._missions is not None:

@@ -17,12 +17,16 @@ from typing import Any
 
 import pytest
 
+from rosproto.codec import service_class
 from rosproto.errors import ConnectionLost
 from tests.support import mission_kills
+from tests.support.doors import held
 from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis, state_file
-from woosh_pure.enums import RobotMode
+from woosh_pure.enums import RobotMode, TaskCommand
 from woosh_pure.missions import Mission, MissionError, MissionFailed, Missions, Notice, Phase, Run, parse
+from woosh_pure.motion.task import TaskMotion
+from woosh_pure.stopping.other_clients import STOPPED
 
 HEAD = 'mission = 1\nname = "test"\n'
 GO = '[guards]; not_known = "go"'  # this simulated robot tells its state on change only
@@ -104,16 +108,20 @@ def test_a_failed_step_is_tried_again_and_then_leads_where_the_file_says(
     sim: SimulatedChassis, missions: Missions
 ) -> None:
     """After its retries a step fails, on_failure leads on, and on_abort follows a failure of the mission."""
-    sim.fail_task()
-    missions.run(mission('do = "go_to_mark"; mark = "A1"; retries = 1; retry_pause = 0.1')).wait(20.0)
+    handle = missions.run(mission('do = "go_to_mark"; mark = "A1"; retries = 1; retry_pause = 0.1'))
+    until(lambda: sim.world.tasks.busy)
+    fail_with_reason(sim, "no way")
+    handle.wait(20.0)
     assert run_of(missions).ended == ((0, False), (0, True))
-    sim.fail_task("wheel slips")
     made = parse(
         HEAD
         + '[guards]\nnot_known = "go"\n[[step]]\ndo = "go_to_mark"\nmark = "B1"\n[[on_abort]]\ndo = "light"\nstate = "red"\n'
     )
+    handle = missions.run(made)
+    until(lambda: sim.world.tasks.busy)
+    fail_with_reason(sim, "wheel slips")
     with pytest.raises(MissionFailed, match="wheel slips"):
-        missions.run(made).wait(20.0)
+        handle.wait(20.0)
     assert [notice.text for notice in missions.since(0) if notice.kind == "step"][-1] == "light"
 
 
@@ -154,47 +162,114 @@ def blocked(chassis: Chassis) -> None:
     until(lambda: chassis.readiness().blocked)
 
 
-@pytest.mark.parametrize("who", ["this program", "another program", "the mission's own stop"])
-def test_a_stop_by_anybody_ends_the_run_and_pauses_the_queue(
-    sim: SimulatedChassis, chassis: Chassis, missions: Missions, real_time: Callable[[], None], who: str
-) -> None:
-    """Nothing of the queue begins after a stop."""
-    missions.run(mission('do = "go_to_mark"; mark = "A1"', 'do = "go_to_mark"; mark = "B1"'))
-    missions.append(mission('do = "go_to_mark"; mark = "B1"'))
-    start = sim.pose
-    reach(missions, running)
-    until(lambda: sim.pose.distance_to(start) > 0.05)
+ASK = 'do = "ask"; text = "?"; answers = { a = "next", b = "next" }'
+GO_A1, GO_B1 = 'do = "go_to_mark"; mark = "A1"', 'do = "go_to_mark"; mark = "B1"'
+RETRY = GO_A1 + '; retries = 3; retry_pause = 1; on_failure = "next"'
+ON_ABORT = "[[on_abort]]; " + GO_B1
+
+
+def fail_with_reason(sim: SimulatedChassis, why: str) -> None:
+    """The task fails, and the robot tells by a code of its navigation that it cannot get there."""
+    sim.report(130104000042)
+    sim.fail_task(why)
+
+
+def stop_by(who: str, sim: SimulatedChassis, chassis: Chassis, missions: Missions) -> None:
     if who == "this program":
         chassis.stop()
     elif who == "another program":
         with Chassis(sim.master_uri) as other:
-            other.stop(everything=True)
+            assert other.stop(everything=True).standing
     else:
         assert missions.stop(by="Anna").standing
+
+
+@pytest.mark.promise("a STOP while a mission is carried out")
+@pytest.mark.parametrize("who", ["this program", "another program", "the mission's own stop"])
+@pytest.mark.parametrize(
+    "when", ["before the task is sent", "on its way", "between two steps", "at a question", "between retries"]
+)
+def test_a_stop_by_anybody_ends_the_run_and_pauses_the_queue(
+    sim: SimulatedChassis,
+    chassis: Chassis,
+    missions: Missions,
+    real_time: Callable[[], None],
+    monkeypatch: pytest.MonkeyPatch,
+    who: str,
+    when: str,
+) -> None:
+    """Nothing moves after a stop: no retry, no step, no answer, nothing of the queue."""
+    first = {"between two steps": 'do = "wait"; seconds = 600', "at a question": ASK}.get(when, RETRY)
+    missions.run(mission(first, GO_B1, head=GO))
+    missions.append(mission(GO_B1))
+    with held(monkeypatch, TaskMotion, "begin") as (came, go_on):
+        if when == "before the task is sent":
+            assert came.wait(20.0)
+            stop_by(who, sim, chassis, missions)
+        go_on.set()
+    start = sim.pose
+    if when == "on its way":
+        until(lambda: sim.pose.distance_to(start) > 0.05)
+    elif when == "between retries":
+        reach(missions, running)
+        until(lambda: sim.world.tasks.busy)
+        fail_with_reason(sim, "no way")
+        reach(missions, lambda run: run.phase is Phase.RETRYING)
+    elif when == "at a question":
+        reach(missions, lambda run: run.question)
+    elif when == "between two steps":
+        reach(missions, running)
+    until(lambda: STOPPED in chassis.node.master.get_system_state().subscribers)
+    if when != "before the task is sent":
+        stop_by(who, sim, chassis, missions)
     run = reach(missions, lambda run: run.phase.over)
     told = [(notice.kind, notice.run, notice.step, notice.text) for notice in missions.since(0)]
-    # The robot may call what another program has stopped a failure; the queue is paused after that, too.
-    ends = (Phase.STOPPED, Phase.FAILED) if who == "another program" else (Phase.STOPPED,)
-    assert run.phase in ends, told
-    assert run.entry.id == "1", told
+    assert (run.phase, run.entry.id) == (Phase.STOPPED, "1"), told
     assert missions.state.paused
-    assert len(missions.queue) == 1
+    until(lambda: chassis.measured_velocity.wait(5.0).is_standing())
     real_time()
     assert stands(sim, 3.0)
-    assert missions.status() is not None
-    assert len(missions.queue) == 1
-
-
-def test_a_stop_while_a_question_waits_ends_the_run(chassis: Chassis, missions: Missions) -> None:
-    """A stop counts although nothing moves: the answer that follows must not move the robot."""
-    missions.run(
-        mission('do = "ask"; text = "?"; answers = { a = "next", b = "next" }', 'do = "move"; metres = 1')
-    )
-    reach(missions, lambda run: run.question)
-    chassis.stop()
-    assert reach(missions, lambda run: run.phase.over).phase is Phase.STOPPED
     with pytest.raises(MissionError, match="no question"):
         missions.answer("a")
+    assert [entry.id for entry in missions.queue] == ["2"]
+
+
+@pytest.mark.promise("a STOP while a mission is carried out")
+@pytest.mark.parametrize("how", ["its task is cancelled", "another goal", "the task fails without a reason"])
+def test_a_motion_that_others_end_is_stopped_however_it_looks(
+    sim: SimulatedChassis, missions: Missions, real_time: Callable[[], None], how: str
+) -> None:
+    """The robot calls some of these a failure; without a reason of its own no retry and no other step follows."""
+    missions.run(mission(RETRY, GO_B1, head=GO + "; " + ON_ABORT))
+    start = sim.pose
+    until(lambda: sim.pose.distance_to(start) > 0.05)
+    with Chassis(sim.master_uri) as other:
+        if how == "another goal":
+            other.move(0.05, check=False).wait(10.0, raises=False)
+        elif how == "its task is cancelled":
+            service = service_class("woosh_msgs/ExecTask")
+            with other.node.service_client("/exec_task", service) as client:
+                assert client.call(service.Request(task_exect=int(TaskCommand.CANCEL))).success
+        else:
+            sim.fail_task("replaced by another command")
+        run = reach(missions, lambda run: run.phase.over)
+    assert run.phase is Phase.STOPPED
+    assert missions.state.paused
+    assert [notice.step for notice in missions.since(0) if notice.kind == "step"] == [0]
+    real_time()
+    assert stands(sim, 3.0)
+
+
+def test_somebody_who_takes_the_lease_over_pauses_the_run(chassis: Chassis, missions: Missions) -> None:
+    """Between two steps, too: the robot does not drive on when the lease is given back."""
+    missions.run(mission(ASK, 'do = "move"; metres = 1'))
+    until(lambda: chassis.lease.holder == "mission test")
+    assert chassis.lease.request("Anna")
+    assert chassis.lease.grant("mission test", "Anna")
+    reach(missions, lambda run: run.paused)
+    chassis.lease.release("Anna")
+    missions.answer("a")
+    assert reach(missions, lambda run: run.at == 1).paused
 
 
 def test_an_emergency_stop_pauses_and_its_release_moves_nothing(

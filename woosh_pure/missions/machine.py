@@ -666,8 +666,10 @@ def _ready(change: _Change, event: Ready) -> None:
             change.set(reason=event.reason)
             change.note("waiting", event.reason)
         return
+    # Only before a step that finds its way from the charger: a relative one would begin at the wrong place.
+    finds = run.step is not None and not {"mark", "x"}.isdisjoint(run.step.kind.keys)
     low = run.entry.mission.guard("battery_below")
-    if low and event.battery is not None and event.battery < low and not run.failure:
+    if finds and event.battery is not None and event.battery < low and not run.failure:
         change.set(charging=True)
     change.begin()
 

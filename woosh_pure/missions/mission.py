@@ -92,7 +92,7 @@ class Kind:
 
     Attributes:
         keys: Its own keys; every step has those of `STEP_KEYS`, too.
-        moves: Whether it moves the robot.
+        moves: Whether it moves the robot or its lift.
         flow: Whether it only decides which step comes next.
     """
 
@@ -116,7 +116,7 @@ KINDS: Mapping[str, Kind] = {
     "move": Kind({"metres": Key("number", low=-10, high=10), "speed": Key("number", 0.0, 0, 2)}, moves=True),
     "rotate": Kind({"degrees": Key("number", low=-3600, high=3600)}, moves=True),
     "dock": Kind({"tag": _TEXT}, moves=True),
-    "lift": Kind({"to": Key("text", names=("up", "down"))}),
+    "lift": Kind({"to": Key("text", names=("up", "down"))}, moves=True),
     "wait": Kind({"seconds": Key("number", low=0, high=86400)}),
     "wait_for_input": Kind({"input": _INPUT, "module": _MODULE, "is": Key("bool", True)}),
     "wait_for_battery": Kind({"percent": _PERCENT}),

@@ -37,6 +37,7 @@ from woosh_pure.missions.steps import StepRunner
 from woosh_pure.missions.webhooks import Webhook
 from woosh_pure.reasons import Ready, ReasonKey
 from woosh_pure.state_file import Store, StoreInUse, default_folder
+from woosh_pure.stopping.other_clients import hear_stops
 from woosh_pure.stopping.report import StopReport
 
 if TYPE_CHECKING:
@@ -129,6 +130,9 @@ class Missions(MissionFiles):
         chassis: The chassis.
         folder: Of the state; None for the user's.
         carries: False for a program that only leaves requests, and ends soon: with it nothing begins.
+
+    Attributes:
+        closing: `Chassis.close` sets it before it stops what runs: that interrupts the run.
     """
 
     def __init__(
@@ -147,7 +151,7 @@ class Missions(MissionFiles):
         self._thread: threading.Thread | None = None
         self._state = State()  # of a program that has it open
         self._step: StepRunner | None = None
-        self._closed = False
+        self.closing = self._hears = self._holds = False
         self._due = {"disk": 0.0, "lease": 0.0}
         self._webhook: Webhook | None = None
         self._owner = ""
@@ -307,8 +311,9 @@ class Missions(MissionFiles):
 
     def close(self) -> None:
         """Cancel what runs: the run is interrupted, and can be resumed. Idempotent, bounded."""
+        self.closing = True
         with self._opening:
-            self._closed, thread = True, self._thread
+            thread = self._thread
         if self._webhook is not None:
             self._webhook.close()
         if thread is None:
@@ -345,7 +350,7 @@ class Missions(MissionFiles):
             StoreInUse: Another program does, which gets what is asked for here.
         """
         with self._opening:
-            if self._closed:
+            if self.closing:
                 raise MissionError(say("the missions of this Chassis are closed"))
             if self._thread is None:
                 self._store.lock()
@@ -400,7 +405,7 @@ class Missions(MissionFiles):
 
     def _work(self) -> None:
         checked = self._chassis.request()
-        while not self._closed:
+        while True:
             try:
                 asked = self._inbox.get(timeout=_LOOK)
             except queue.Empty:
@@ -408,6 +413,8 @@ class Missions(MissionFiles):
             # A stop before this moment ends the run first; a later one prevents the motion that begins now.
             now = checked.renewed()
             stopped, checked = checked.overtaken_at(now.stops), now
+            if self.closing:  # after the look: a stop by `close`, which sets it before, interrupts the run
+                return
             try:
                 with now:
                     if stopped and self._state.active:
@@ -484,7 +491,8 @@ class Missions(MissionFiles):
         run = self._state.run
         if run is None or run.phase.over or run.phase is Phase.INTERRUPTED or run.paused:
             return
-        reason = reason or self._hindrance(run)
+        hindrance = self._hindrance(run)
+        reason = reason or hindrance
         if machine.needs_ready(self._state):
             battery = self._chassis.battery.open().known
             if battery is None and run.entry.mission.guard("battery_below"):
@@ -497,6 +505,9 @@ class Missions(MissionFiles):
         An emergency stop pauses the run: its release must not move the robot.
         """
         try:
+            if not self._hears:
+                hear_stops(self._chassis.node, self._chassis.request().motions)
+                self._hears = True
             readiness = self._chassis.readiness()
         except RosError as error:
             return str(error)
@@ -511,12 +522,15 @@ class Missions(MissionFiles):
         return both(str(readiness), 'a mission with not_known = "go" in its [guards] does not wait for this')
 
     def _keep_lease(self, now: float) -> str:
-        """Hold the lease while a run is under way; who has it instead, "" if nobody has."""
-        lease, state, run = self._chassis.lease, self._state, self._state.run
+        """Hold the lease while a run is under way; who has it instead, "" if nobody has.
+
+        Who takes it over pauses the run: to give it back must not move the robot.
+        """
+        lease, run = self._chassis.lease, self._state.run
         if run is None or run.phase.over or run.phase is Phase.INTERRUPTED:
             if self._owner:
                 lease.release(self._owner)
-                self._owner = ""
+                self._owner, self._holds = "", False
             return ""
         self._owner = owner = f"mission {run.entry.mission.name}"[:200]
         holder = lease.holder
@@ -525,14 +539,16 @@ class Missions(MissionFiles):
                 self._due["lease"] = now + _LEASE_SECONDS / 3.0
                 lease.renew(owner, _LEASE_SECONDS)
             return ""
-        if run.paused:
+        if self._holds and holder is not None:
+            self._apply(machine.Pause(str(holder)))
+        self._holds = False
+        if self._state.run is not None and self._state.run.paused:
             return ""  # its person drives by hand, perhaps
         if holder == run.entry.by and lease.request(owner):
             lease.grant(holder, owner, _LEASE_SECONDS)
         if lease.acquire(owner, _LEASE_SECONDS):
+            self._holds = True
             return ""
-        if state.run is not None and run.phase is Phase.RUNNING:
-            self._apply(machine.Pause(str(holder)))
         return say("{who} commands the robot now", who=holder)
 
     def _settle(self) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import re
 import threading
+import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +20,8 @@ from rosproto.sentence import say
 from woosh_pure import interface
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import Direction
+from woosh_pure.errors import MotionRefused
+from woosh_pure.faults import StatusCode
 from woosh_pure.maps.marks import own_marks
 from woosh_pure.missions.machine import Carry, Result, Sent, StepEnded
 from woosh_pure.motion.motion import GoalHandle
@@ -32,6 +36,16 @@ _SLICE = 0.05
 _MOTION_SECONDS, _OTHER_SECONDS = 600.0, 60.0
 """Time limits of steps that give none; waiting has none."""
 _READING_SECONDS = 5.0
+
+
+_BEFORE_SECONDS, _AFTER_SECONDS = 1.0, 0.5
+_OWN_FAILURES = {
+    *(130101000011, 130101000021, 130101000031, 130101000051),  # no way to the target
+    *(130104000042, 130104000092, 130104000102),  # navigation failed
+    *(130603000012, 130603000032, 130603000042, 130603000052),  # the same in a narrow passage
+    *(130701000012, 130701000032),  # a move by steps failed
+}
+"""Codes of /status_code by which the robot itself tells why it did not get there."""
 
 
 class _Cancelled(RosError):
@@ -62,6 +76,7 @@ class StepRunner:
         self.token, self._step, self._parameters = carry.token, carry.step, carry.parameters
         self.limit = carry.step.timeout or (_MOTION_SECONDS if self._step.kind.moves else _OTHER_SECONDS)
         self._cancelled, self._held = threading.Event(), False
+        self._told, self._ending = -math.inf, ExitStack()
         self.ended = threading.Event()
         work = threading.Thread(
             target=self._work, args=(request,), name=f"woosh:mission {carry.token}", daemon=True
@@ -79,10 +94,15 @@ class StepRunner:
     def _work(self, request: CallScope) -> None:
         end = StepEnded(self.token, Result.FAILED)
         try:
-            with request:
+            with request, self._ending:
                 value = _ACTIONS[self._step.do](self)
-            ended = value if isinstance(value, Outcome) else None
-            end = self._of(ended) if ended is not None else StepEnded(self.token, Result.DONE, "", value)
+                end = StepEnded(self.token, Result.DONE, "", value)
+                if isinstance(value, Outcome):
+                    text = "" if value.arrived else str(value)
+                    end = StepEnded(self.token, result_of(value, self._explained), text)
+        except MotionRefused as refusal:  # nothing was sent; a person who has pressed a button ends the run
+            by_person = refusal.readiness is not None and refusal.readiness.blocked
+            end = StepEnded(self.token, Result.STOPPED if by_person else Result.FAILED, str(refusal))
         except (ConnectionLost, RosTimeout, ServiceError) as error:  # they are OSErrors, too
             result = Result.UNKNOWN if self._step.kind.moves else Result.FAILED
             end = StepEnded(self.token, result, str(error))
@@ -95,15 +115,18 @@ class StepRunner:
             self.ended.set()
             self._report(end)
 
-    def _of(self, outcome: Outcome) -> StepEnded:
-        """Only a cancelled run cancels a goal here, and nobody reads that; so another cancel is a stop."""
-        known = end_is_known(outcome) or (outcome.kind is OutcomeKind.TIMED_OUT and outcome.stopped is True)
-        if outcome.arrived or not known:
-            result = Result.DONE if outcome.arrived else Result.UNKNOWN
-        else:
-            by_others = outcome.kind in (OutcomeKind.CANCELLED, OutcomeKind.REPLACED)
-            result = Result.STOPPED if by_others else Result.FAILED
-        return StepEnded(self.token, result, "" if outcome.arrived else str(outcome))
+    def _explained(self) -> bool:
+        """Whether the robot tells just now that it cannot get there; the code comes on another link than the
+        end, before or after it.
+        """
+        end = time.monotonic()
+        while self._told < end - _BEFORE_SECONDS and time.monotonic() < end + _AFTER_SECONDS:
+            time.sleep(0.01)
+        return self._told >= end - _BEFORE_SECONDS
+
+    def _note_code(self, code: StatusCode) -> None:
+        if code.code in _OWN_FAILURES:
+            self._told = time.monotonic()
 
     def value(self, key: str) -> Any:
         """One of the step's keys."""
@@ -111,6 +134,7 @@ class StepRunner:
 
     def goal(self, begin: Callable[[], GoalHandle[Any]]) -> Outcome:
         """Start a goal and wait for its end. One that cannot be paused is cancelled, and sent again."""
+        self._ending.callback(self.chassis.feed("status_code").on(self._note_code))
         left = self.limit
         while True:
             handle = begin()
@@ -171,6 +195,21 @@ class StepRunner:
                 say("the chassis has no input {number} of module {module}", number=number, module=module)
             )
         return any(line.status == 1 for line in found)
+
+
+def result_of(outcome: Outcome, explained: Callable[[], bool]) -> Result:
+    """How a step ends whose goal ends so. What somebody stops may end in any way, as failed, too. So it
+    counts as stopped, unless it has arrived, its time limit has passed, or the robot has rejected it or tells
+    by a code of its own why it failed (`explained`).
+    """
+    if outcome.arrived:
+        return Result.DONE
+    if outcome.kind is OutcomeKind.TIMED_OUT and outcome.stopped is True:
+        return Result.FAILED
+    if not end_is_known(outcome):
+        return Result.UNKNOWN
+    failed = outcome.kind is OutcomeKind.REJECTED or (outcome.kind is OutcomeKind.FAILED and explained())
+    return Result.FAILED if failed else Result.STOPPED
 
 
 def _go_to_mark(step: StepRunner) -> Outcome:

@@ -15,6 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import rosproto
+from rosproto.codec import DynamicMessage
 from rosproto.errors import RosError, RosTimeout
 from rosproto.logs import get_logger
 from rosproto.node import NodeClient, SystemState
@@ -30,6 +31,7 @@ from woosh_pure.values.messages import message_type
 
 if TYPE_CHECKING:
     from woosh_pure.components import Components
+    from woosh_pure.stopping.active_motions import ActiveMotions
 
 logger = get_logger("woosh_pure.stop")
 _ANSWER = 2.0  # seconds that the master has at least
@@ -76,6 +78,10 @@ class Registrations:
         """Wait at most `timeout` seconds for the master's answer; return whether it has come."""
         self._asking.join(timeout)
         return self._state is not None
+
+    def subscribers(self, topic: str) -> int:
+        """How many other nodes subscribe to the topic, by the master's answer."""
+        return 0 if self._state is None else len(self._others(self._state.subscribers.get(topic, ())))
 
     def lacks_publisher(self, topic: str) -> bool:
         """Whether the master has answered and no other node publishes the topic."""
@@ -138,6 +144,7 @@ def cancel_others(run: StopRun) -> None:
     registrations.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
+    waiting[STOPPED] = _begin(partial(_tell_others, run), deadline)
     report.looked = True
     for row in actions():
         # Servers that every chassis has, and those of the others that are registered.
@@ -152,6 +159,37 @@ def cancel_others(run: StopRun) -> None:
             report.problems.append(say("cancelling {goal} (no answer yet)", goal=name))
     if cancelled:
         report.cancelled.append(say("all goals of {server}", server=", ".join(sorted(cancelled))))
+
+
+STOPPED = "/woosh_pure/stopped"
+"""std_msgs/Empty: a stop of everything. While nothing moves, no topic of the robot shows it. Cancels and
+velocities are not listened to: a program that stops could take our connection for that of the robot."""
+
+
+def hear_stops(node: rosproto.Node, motions: ActiveMotions) -> None:
+    """Count each `stop(everything=True)` of another program as a stop of this one, while the node is open."""
+
+    def hear(message: DynamicMessage) -> None:
+        if (message._connection_header or {}).get("callerid") != node.name:
+            motions.note_stop("another program stopped the robot")
+
+    node.subscriber(STOPPED, message_type("std_msgs/Empty"), callback=hear)
+
+
+def _tell_others(run: StopRun) -> None:
+    run.registrations.wait(_ANSWER)
+    if not (listeners := run.registrations.subscribers(STOPPED)):
+        return
+    limit = Deadline(_FIRST_STATUS)
+    try:
+        node = run.components.connection.open_node()
+        with node.publisher(STOPPED, message_type("std_msgs/Empty"), latch=True) as publisher:
+            publisher.publish()
+            while publisher.connections < listeners and not limit.expired:
+                time.sleep(0.01)
+            publisher.flush(1.0)
+    except (RosError, OSError, RuntimeError) as error:
+        logger.warning("! other programs are not told that the robot was stopped: %s", error)
 
 
 def _left(deadline: Deadline) -> float:
