@@ -96,7 +96,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
             `rosproto.watchdog.Watchdog` can be shared by several. It is not an emergency stop.
         robot_api: Where its Robot API is: None for port 5480 of the same host, tried when it is asked for;
             "host:port" or "user:password@host:port"; False for never.
-        missions: Folder in which the queue and the runs of `chassis.missions` are kept; None for the user's.
+        missions_state: Folder in which `chassis.missions` keeps its queue and runs; None for the user's.
 
     Raises:
         ValueError: There is no address, or `address`, `timeout`, `resolve` or `robot_api` is invalid.
@@ -119,7 +119,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         resolve: Mapping[str, str] | None = None,
         watchdog: bool | Watchdog = False,
         robot_api: str | bool | None = None,
-        missions: str | os.PathLike[str] | None = None,
+        missions_state: str | os.PathLike[str] | None = None,
     ) -> None:
         if address is None and (profile := remembered()) is not None:
             address, host = profile.chassis, host or profile.host
@@ -136,7 +136,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
         names = HostNames(resolve).given
         self._robot_api: RobotApi | None = None
         self._missions: Missions | None = None
-        self._missions_folder = missions
+        self._missions_state = missions_state
         self._making_api = threading.Lock()
         self._robot_api_at, self._names = robot_api, names
         self._bridge: ApiBridge | None = None
@@ -289,7 +289,7 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
 
         with self._making_api:
             if self._missions is None:
-                self._missions = Missions(self, self._missions_folder)
+                self._missions = Missions(self, self._missions_state)
             return self._missions
 
     def _new_robot_api(self) -> RobotApi:

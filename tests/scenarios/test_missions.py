@@ -458,6 +458,18 @@ def test_a_program_that_ends_leaves_its_run_interrupted(
     again.close()
 
 
+def test_a_chassis_that_is_closed_leaves_its_run_interrupted(sim: SimulatedChassis, tmp_path: Path) -> None:
+    """Closing stops the motion, which is not a stop by somebody: the run can be resumed."""
+    sim.speed = 1.0
+    with Chassis(sim.master_uri, missions_state=tmp_path) as first:
+        first.missions.run(mission(GO_A1))
+        start = sim.pose
+        until(lambda: sim.pose.distance_to(start) > 0.05)
+    with Chassis(sim.master_uri, missions_state=tmp_path) as second:
+        run = run_of(second.missions)
+        assert (run.phase, run.begun) == (Phase.INTERRUPTED, True)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(3))
 def test_no_step_twice_and_no_motion_by_itself_after_kill_9(tmp_path: Path, number: int) -> None:
@@ -530,7 +542,7 @@ def test_missions_are_awaited(sim: SimulatedChassis, tmp_path: Path) -> None:
     """The same in asyncio: start, answer, and the end of the handle."""
 
     async def drive() -> Run:
-        async with Chassis(sim.master_uri, missions=tmp_path).aio as robot:
+        async with Chassis(sim.master_uri, missions_state=tmp_path).aio as robot:
             ask = 'do = "ask"; text = "?"; answers = { a = "next", b = "stop" }'
             handle = await robot.missions.run(mission(ask, 'do = "move"; metres = 0.1'))
             await robot.missions.wait_for(lambda: robot.missions.state.run.question is not None, 10.0)  # type: ignore[union-attr]

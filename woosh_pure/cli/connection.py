@@ -128,7 +128,7 @@ def connect(
                 resolve=names(args),
                 watchdog=watchdog or False,
                 robot_api=robot_api_of(args),
-                missions=stack.enter_context(TemporaryDirectory()) if args.sim and to is None else None,
+                missions_state=stack.enter_context(TemporaryDirectory()) if args.sim and to is None else None,
             )
             try:
                 with reaching():
