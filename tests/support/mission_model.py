@@ -5,6 +5,7 @@ The model keeps plain dicts, and has no table: it asks after each event what sho
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 from hypothesis import strategies as st
@@ -22,6 +23,14 @@ class No(Exception):
     """The model refuses an event."""
 
 
+class Event(SimpleNamespace):
+    """An event of the machine: its name, and its values as attributes."""
+
+    def __init__(self, name: str, **values: Any) -> None:
+        super().__init__(name=name, **values)
+        self.values = values
+
+
 class Model:
     """One robot's missions. `carried` are the steps that were begun, `answer_to` what each event makes of it."""
 
@@ -29,7 +38,7 @@ class Model:
         self.queue: list[dict[str, Any]] = []
         self.paused, self.disk, self.next_id = False, False, 1
         self.run: dict[str, Any] | None = None
-        self.effects: list[tuple[Any, ...]] = []
+        self.begun: list[str] = []
         self.token = 0
 
     # -- what can be seen of it
@@ -104,7 +113,7 @@ class Model:
         assert self.run is not None
         self.token += 1
         self.run.update(phase="running", begun=True, due=None, token=self.token)
-        self.effects.append(("carry", do))
+        self.begun.append(do)
 
     def follow(self) -> None:
         for _ in range(machine._MAX_TURNS):
@@ -172,11 +181,11 @@ class Model:
     # -- events
 
     def apply(self, event: Any, now: float) -> None:
-        self.now, self.effects = now, []
-        getattr(self, type(event).__name__)(event)
+        self.now, self.begun = now, []
+        getattr(self, f"on_{event.name}")(event)
         self.follow()
 
-    def Append(self, event: Any) -> None:
+    def on_append(self, event: Any) -> None:
         if (event.start and self.active()) or self.disk or len(self.queue) >= machine.MAX_QUEUE:
             raise No
         entry = {"id": str(self.next_id), "mission": event.mission.data()}
@@ -186,7 +195,7 @@ class Model:
         else:
             self.queue.append(entry)
 
-    def ChangeQueue(self, event: Any) -> None:
+    def on_change_queue(self, event: Any) -> None:
         if not event.id:
             self.queue = []
             return
@@ -197,32 +206,26 @@ class Model:
         if event.place is not None:
             self.queue.insert(event.place, found[0])
 
-    def Pause(self, event: Any) -> None:
+    def on_pause(self, event: Any) -> None:
         self.paused = True
         if self.active() and self.run is not None:
-            if self.run["phase"] == "running" and not self.run["paused"]:
-                self.effects.append(("hold", True))
             self.run["paused"] = True
 
-    def Resume(self, event: Any) -> None:
+    def on_resume(self, event: Any) -> None:
         self.paused = False
         if not self.active() or self.run is None:
             return
-        held, self.run["paused"] = self.run["paused"], False
+        self.run["paused"] = False
         if self.run["phase"] == "interrupted":
             self.run["phase"] = "asking" if self.run["begun"] else "waiting"
             self.run["unknown"] = self.run["begun"]
-        elif held and self.run["phase"] == "running":
-            self.effects.append(("hold", False))
 
-    def Stop(self, event: Any) -> None:
+    def on_stop(self, event: Any) -> None:
         self.paused = True
         if self.active() and self.run is not None:
-            if self.run["phase"] == "running":
-                self.effects.append(("cancel",))
             self.over("stopped")
 
-    def Answer(self, event: Any) -> None:
+    def on_answer(self, event: Any) -> None:
         run = self.run
         if run is None or run["phase"] != "asking":
             raise No
@@ -237,7 +240,7 @@ class Model:
             return
         run["unknown"] = False
         if event.answer == "stop":
-            self.Stop(event)
+            self.on_stop(event)
         elif event.answer == "again":
             run.update(phase="waiting", begun=False)
         elif step["do"] == "if":
@@ -245,7 +248,7 @@ class Model:
         else:
             self.ended(True)
 
-    def Ready(self, event: Any) -> None:
+    def on_ready(self, event: Any) -> None:
         run = self.run
         if run is None or run["phase"] != "waiting" or run["paused"] or self.disk or event.reason:
             return
@@ -258,26 +261,25 @@ class Model:
             step = {"do": "charge"}
         self.begin(step["do"])
 
-    def StepEnded(self, event: Any) -> None:
+    def on_step_ended(self, event: Any) -> None:
         run = self.run
         if run is None or run["phase"] != "running" or run["token"] != event.token:
             return
         if event.result is Result.STOPPED:
             self.paused = True
-            self.effects.append(("cancel",))
             self.over("stopped")
         elif event.result is Result.UNKNOWN:
             run.update(phase="asking", unknown=True, paused=False)
         else:
             self.ended(event.result is Result.DONE, event.value)
 
-    def Settled(self, event: Any) -> None:
+    def on_settled(self, event: Any) -> None:
         run = self.run
         if run is not None and run["phase"] == "interrupted" and run["begun"] and run["token"] == event.token:
             run["paused"] = True
             self.ended(event.done)
 
-    def Tick(self, event: Any) -> None:
+    def on_tick(self, event: Any) -> None:
         run = self.run
         if run is None or run["due"] is None or run["paused"] or self.now < run["due"]:
             return
@@ -289,7 +291,7 @@ class Model:
             run["answer"] = step["default"]
             self.lead(step["answers"][step["default"]])
 
-    def Restarted(self, event: Any) -> None:
+    def on_restarted(self, event: Any) -> None:
         self.paused = self.paused or bool(self.queue) or not event.carries
         run = self.run
         if self.active() and run is not None and run["phase"] != "interrupted":
@@ -304,11 +306,8 @@ class Model:
             )
             self.paused = True
 
-    def Disk(self, event: Any) -> None:
+    def on_disk(self, event: Any) -> None:
         self.disk = bool(event.problem)
-
-    def Delivered(self, event: Any) -> None:
-        pass
 
 
 # -- random missions and events
@@ -351,7 +350,7 @@ def missions(draw: st.DrawFn) -> Mission:
     return mission_of(data)
 
 
-def events(draw: st.DrawFn, state: machine.State, pool: list[Mission]) -> tuple[machine.Event, float]:
+def events(draw: st.DrawFn, state: machine.State, pool: list[Mission]) -> tuple[Event, float]:
     """The next event, more often one that matters, and the seconds that pass before."""
     run = state.run
     token = 0 if run is None else run.token
@@ -362,7 +361,7 @@ def events(draw: st.DrawFn, state: machine.State, pool: list[Mission]) -> tuple[
         likely = ["answer"] * 10
     elif run is not None and run.phase is machine.Phase.INTERRUPTED:
         likely = ["resume"] * 8
-    elif machine.needs_ready(state):
+    elif state.needs_ready:
         likely = ["ready"] * 12
     elif run is None or run.phase.over:
         likely = ["start"] * 8
@@ -384,17 +383,26 @@ def events(draw: st.DrawFn, state: machine.State, pool: list[Mission]) -> tuple[
     what = draw(st.sampled_from([*likely, *others, "tick", "tick", "resume", "well"]))
     passed = draw(st.sampled_from((0.0, 0.5, 3.0)))
     if what in ("start", "append"):
-        return machine.Append(draw(st.sampled_from(pool)), {}, "x", start=what == "start"), passed
+        return Event(
+            "append", mission=draw(st.sampled_from(pool)), parameters={}, by="x", start=what == "start"
+        ), passed
     if what == "queue":
         place = draw(st.none() | st.integers(0, 3))
-        return machine.ChangeQueue(
-            "x", draw(st.sampled_from(("", *(e.id for e in state.queue), "77"))), place
+        return Event(
+            "change_queue",
+            by="x",
+            id=draw(st.sampled_from(("", *(e.id for e in state.queue), "77"))),
+            place=place,
         ), passed
     if what == "answer":
-        return machine.Answer(draw(st.sampled_from(("yes", "no", "done", "again", "stop", "?"))), "x"), passed
+        return Event(
+            "answer", answer=draw(st.sampled_from(("yes", "no", "done", "again", "stop", "?"))), by="x"
+        ), passed
     if what == "ready":
-        return machine.Ready(
-            draw(st.sampled_from(("", "", "", "estop"))), draw(st.sampled_from((None, 10.0, 90.0)))
+        return Event(
+            "ready",
+            reason=draw(st.sampled_from(("", "", "", "estop"))),
+            battery=draw(st.sampled_from((None, 10.0, 90.0))),
         ), passed
     if what == "end":
         result = draw(
@@ -405,12 +413,17 @@ def events(draw: st.DrawFn, state: machine.State, pool: list[Mission]) -> tuple[
         if reads and run is not None and run.step is not None:
             battery = run.step.value("value") == "battery"
             value = draw(st.sampled_from((10.0, 90.0))) if battery else draw(st.booleans())
-        return machine.StepEnded(
-            draw(st.sampled_from((token, token, token, token - 1))), result, "text", value
+        return Event(
+            "step_ended",
+            token=draw(st.sampled_from((token, token, token, token - 1))),
+            result=result,
+            text="text",
+            value=value,
         ), passed
-    simple: dict[str, machine.Event] = {
-        "pause": machine.Pause("x"), "resume": machine.Resume("x"), "stop": machine.Stop("x"),
-        "settle": machine.Settled(token, draw(st.booleans())), "tick": machine.Tick(),
-        "restart": machine.Restarted(draw(st.booleans())), "disk": machine.Disk("full"), "well": machine.Disk(""),
+    simple = {
+        "pause": Event("pause", by="x"), "resume": Event("resume", by="x"), "stop": Event("stop", by="x"),
+        "settle": Event("settled", token=token, done=draw(st.booleans())), "tick": Event("tick"),
+        "restart": Event("restarted", carries=draw(st.booleans())), "disk": Event("disk", problem="full"),
+        "well": Event("disk", problem=""),
     }  # fmt: skip
     return simple[what], passed

@@ -1,18 +1,21 @@
-"""The machine of missions: `step` takes a state and an event, and returns the next state and the effects.
-Pure: no clock, threads or network; `now` is any clock that never goes back, `at` is for people.
+"""The machine of missions: `step` takes a state and an event (a name and its values), and returns the next
+state. Pure: no clock, threads or network; `now` is any clock that never goes back, `at` is for people.
 
-`Phase` and `NEXT` are the table of a run; `paused` is beside it: nothing begins while it is set. The start of
-a program moves nothing: a run that was under way is interrupted, and the queue is paused. When it is resumed,
-the step that may have begun is "not known", and a question with `UNKNOWN_ANSWERS` follows, unless `Settled`
-came. A stop by anybody ends the run and pauses the queue; `on_abort` steps follow a failure only.
+`Phase` and `NEXT` are the table of a run; `paused` is beside it: nothing begins while it is set. What the
+driver carries out follows from the state: while the phase is "running" the current step, once for each token.
+
+The start of a program moves nothing: a run that was under way is interrupted, and the queue is paused. When
+it is resumed, the step that may have begun is "not known", and a question with `UNKNOWN_ANSWERS` follows,
+unless `settled` came. A stop by anybody ends the run and pauses the queue; `on_abort` steps follow a failure
+only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from enum import Enum
-from typing import Any, NamedTuple
+from typing import Any
 
 from rosproto.sentence import say
 from woosh_pure.missions.mission import Mission, MissionError, Step, Value, mission_of
@@ -63,6 +66,23 @@ UNKNOWN_ANSWERS = ("done", "again", "stop")
 """To the question what became of a step that was running when the program ended."""
 
 
+class Result(Enum):
+    """How a step ended."""
+
+    DONE = "done"
+    FAILED = "failed"
+    STOPPED = "stopped"
+    """By somebody else."""
+    UNKNOWN = "not known"
+    """The robot may still be carrying it out."""
+
+
+class Refused(MissionError):
+    """What was asked for is not possible in this state; nothing has changed."""
+
+    exit_code = 3
+
+
 @dataclass(frozen=True, slots=True)
 class Entry:
     """A mission in the queue, with a copy of its steps: a file that changes later does not matter.
@@ -76,6 +96,10 @@ class Entry:
     parameters: Mapping[str, Value] = field(default_factory=dict)
     by: str = ""
     file: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Its mission is as in a file."""
+        return {**asdict(self), "mission": self.mission.data()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +163,15 @@ class Run:
             return Step("charge", {"mark": guard("charger"), "until_percent": guard("charge_until")})
         return self.steps[self.at] if self.at < len(self.steps) else None
 
+    def value(self, key: str) -> Any:
+        """A key of the current step, with the parameters of the run."""
+        assert self.step is not None
+        return self.step.value(key, self.entry.parameters)
+
+    def to_json(self) -> dict[str, Any]:
+        """For disk and clients."""
+        return {**asdict(self), "entry": self.entry.to_json()}
+
 
 @dataclass(frozen=True, slots=True)
 class Notice:
@@ -186,16 +219,35 @@ class State:
     disk: str = ""
 
     @property
-    def active(self) -> bool:
-        """Whether a run has not ended."""
-        return self.run is not None and not self.run.phase.over
+    def active(self) -> Run | None:
+        """The run that has not ended."""
+        return None if self.run is None or self.run.phase.over else self.run
+
+    @property
+    def running(self) -> Run | None:
+        """The run whose current step is to be carried out."""
+        return self.run if self.run is not None and self.run.phase is Phase.RUNNING else None
+
+    @property
+    def runs(self) -> tuple[Run, ...]:
+        """The last runs, and the current one."""
+        return self.history if self.run is None else (*self.history, self.run)
+
+    @property
+    def needs_ready(self) -> bool:
+        """Whether the current step waits for `ready`."""
+        run = self.active
+        waits = run is not None and run.phase is Phase.WAITING and not run.paused and not self.disk
+        return waits and run is not None and run.step is not None and run.step.kind.moves
 
     def to_json(self) -> dict[str, Any]:
         """As it is kept on disk; `state_of` is the way back."""
-        runs = [run_json(run) for run in (*self.history, *((self.run,) if self.run else ()))]
-        plain = {"paused": self.paused, "next_id": self.next_id, "delivered": self.delivered}
-        notices = [asdict(notice) for notice in self.notices]
-        return {"queue": [entry_json(e) for e in self.queue], "runs": runs, "notices": notices, **plain}
+        kept = {"paused": self.paused, "next_id": self.next_id, "delivered": self.delivered}
+        kept |= {"queue": [entry.to_json() for entry in self.queue]}
+        return kept | {
+            "runs": [run.to_json() for run in self.runs],
+            "notices": [asdict(n) for n in self.notices],
+        }
 
 
 def state_of(data: Mapping[str, Any]) -> State:
@@ -204,198 +256,41 @@ def state_of(data: Mapping[str, Any]) -> State:
     Raises:
         ValueError, KeyError, TypeError: It is something else.
     """
-    runs = tuple(_run_of(each) for each in data["runs"])
-    notices = tuple(Notice(**each) for each in data["notices"])
-    queue, plain = tuple(map(_entry_of, data["queue"])), ("paused", "next_id", "delivered")
-    run = runs[-1] if runs else None
-    return State(queue, run=run, history=runs[:-1], notices=notices, **{key: data[key] for key in plain})
-
-
-def entry_json(entry: Entry) -> dict[str, Any]:
-    """An entry as JSON, its mission as in a file."""
-    return {**asdict(entry), "mission": entry.mission.data()}
-
-
-def _entry_of(data: Mapping[str, Any]) -> Entry:
-    given = data["mission"]
-    past = {"name": given["name"], "steps": ()}  # of the history
-    return Entry(**{**data, "mission": mission_of(given) if "step" in given else Mission(**past)})
-
-
-def run_json(run: Run) -> dict[str, Any]:
-    """A run as JSON, for disk and clients."""
-    return {**asdict(run), "entry": entry_json(run.entry)}
-
-
-def _run_of(data: Mapping[str, Any]) -> Run:
-    asked = data["question"]
-    return Run(
-        **{
-            **data,
-            "entry": _entry_of(data["entry"]),
-            "phase": Phase(data["phase"]),
-            "question": asked and Question(**{**asked, "answers": tuple(asked["answers"])}),
-            "ended": tuple((int(at), bool(ok)) for at, ok in data["ended"]),
-        }
+    kept, runs = dict(data), tuple(map(_run_of, data["runs"]))
+    del kept["runs"]
+    kept |= {"queue": tuple(map(_entry_of, data["queue"])), "history": runs[:-1]}
+    return State(
+        run=runs[-1] if runs else None, **kept | {"notices": tuple(Notice(**n) for n in data["notices"])}
     )
 
 
-class Refused(MissionError):
-    """What was asked for is not possible in this state; nothing has changed."""
-
-    exit_code = 3
-
-
-# -- events and effects --------------------------------------------------------------------------------------
+def _entry_of(data: Mapping[str, Any]) -> Entry:
+    given = data["mission"]  # of the history without steps
+    return Entry(**{**data, "mission": mission_of(given) if "step" in given else Mission(given["name"], ())})
 
 
-class Append(NamedTuple):
-    """Append a mission to the queue, or start it at once."""
-
-    mission: Mission
-    parameters: Mapping[str, Value]
-    by: str
-    file: str = ""
-    start: bool = False
+def _run_of(data: Mapping[str, Any]) -> Run:
+    asked, ended = data["question"], tuple((int(at), bool(ok)) for at, ok in data["ended"])
+    question = asked and Question(**{**asked, "answers": tuple(asked["answers"])})
+    entry, phase = _entry_of(data["entry"]), Phase(data["phase"])
+    return Run(**{**data, "entry": entry, "phase": phase, "question": question, "ended": ended})
 
 
-class ChangeQueue(NamedTuple):
-    """Remove an entry, move it to a place, or without an id remove all."""
-
-    by: str
-    id: str = ""
-    place: int | None = None
+REQUESTS = ("append", "change_queue", "pause", "resume", "stop", "answer")
+"""The events that people and programs ask for."""
 
 
-class Pause(NamedTuple):
-    """A person or program pauses run and queue."""
-
-    by: str
-
-
-class Resume(NamedTuple):
-    """A person or program lets run and queue go on."""
-
-    by: str
-
-
-class Stop(NamedTuple):
-    """Somebody has stopped the robot, or wants the run to end."""
-
-    by: str
-
-
-class Answer(NamedTuple):
-    """An answer to the question; `run` is the id of its run, or "" for any."""
-
-    answer: str
-    by: str
-    run: str = ""
-
-
-class Ready(NamedTuple):
-    """The readiness of the robot: `reason` is "" if it is ready; `battery` in percent, None if not known."""
-
-    reason: str
-    battery: float | None = None
-
-
-class Result(Enum):
-    """How a step ended."""
-
-    DONE = "done"
-    FAILED = "failed"
-    STOPPED = "stopped"
-    """By somebody else."""
-    UNKNOWN = "not known"
-    """The robot may still be carrying it out."""
-
-
-class StepEnded(NamedTuple):
-    """The end of what `Carry` has begun; `value` of a step that reads one."""
-
-    token: int
-    result: Result
-    text: str = ""
-    value: float | bool | None = None
-
-
-class Sent(NamedTuple):
-    """The robot has a task of this step, with its id."""
-
-    token: int
-    task: int
-
-
-class Settled(NamedTuple):
-    """The robot's history tells how the step that was interrupted has ended."""
-
-    token: int
-    done: bool
-
-
-class Tick(NamedTuple):
-    """Time has passed."""
-
-
-class Restarted(NamedTuple):
-    """The program has started with this state, from disk; without `carries` nothing begins in it."""
-
-    carries: bool = True
-
-
-class Delivered(NamedTuple):
-    """The webhook has taken the notices up to this number."""
-
-    number: int
-
-
-class Disk(NamedTuple):
-    """The state cannot be kept on disk, or ("") can again."""
-
-    problem: str
-
-
-Event = (
-    Append | ChangeQueue | Pause | Resume | Stop | Answer | Ready | StepEnded | Sent | Settled | Tick
-    | Restarted | Delivered | Disk
-)  # fmt: skip
-
-
-class Carry(NamedTuple):
-    """Carry a step out; ends with one `StepEnded` of this token."""
-
-    token: int
-    step: Step
-    parameters: Mapping[str, Value]
-
-
-class Cancel(NamedTuple):
-    """Cancel what `Carry` has begun. It comes before the state is saved."""
-
-    token: int
-
-
-class Hold(NamedTuple):
-    """Pause what `Carry` has begun if it can be paused, or let it go on."""
-
-    token: int
-    held: bool
-
-
-Effect = Carry | Cancel | Hold
-
-
-def step(state: State, event: Event, now: float, at: float) -> tuple[State, list[Effect]]:
-    """Return the state after an event, and its effects. The state is saved before a `Carry` is begun.
+def step(state: State, event: str, now: float, at: float, **values: Any) -> State:
+    """Return the state after an event: `on_...` of `_Change`, with these values. It is saved before a step
+    begins.
 
     Raises:
         Refused: It is not possible now.
     """
     change = _Change(state, now, at)
-    _EVENTS[type(event)](change, event)
+    getattr(change, f"on_{event}")(**values)
     change.follow()
-    return change.state, change.effects
+    return change.state
 
 
 class _Change:
@@ -403,7 +298,6 @@ class _Change:
 
     def __init__(self, state: State, now: float, at: float) -> None:
         self.state, self.now, self.at = state, now, at
-        self.effects: list[Effect] = []
 
     @property
     def run(self) -> Run:
@@ -419,19 +313,20 @@ class _Change:
         self.state = replace(self.state, run=replace(before, **changes))
 
     def note(self, kind: str, text: str = "", **values: object) -> None:
-        run = None if kind == "queue" else self.state.run
-        number = self.state.notices[-1].number + 1 if self.state.notices else 1
+        run, notices = None if kind == "queue" else self.state.run, self.state.notices
         about = ("", "", -1) if run is None else (run.entry.id, run.entry.mission.name, run.at)
-        notice = Notice(number, self.at, kind, *about, text, values)
-        self.state = replace(self.state, notices=(*self.state.notices, notice)[-MAX_NOTICES:])
+        notice = Notice(notices[-1].number + 1 if notices else 1, self.at, kind, *about, text, values)
+        self.state = replace(self.state, notices=(*notices, notice)[-MAX_NOTICES:])
+
+    # -- what follows
 
     def follow(self) -> None:
         """Go on until something must be waited for."""
         for _ in range(_MAX_TURNS):
-            state, run = self.state, self.state.run
+            state, run = self.state, self.state.active
             if state.disk:
                 return
-            if run is None or run.phase.over:
+            if run is None:
                 if state.paused or not state.queue:
                     return
                 self.state = replace(state, queue=state.queue[1:])
@@ -446,9 +341,11 @@ class _Change:
                 self.ask(current)
                 return
             elif current.do == "if" and current.value("value") in ("mark", "answer"):
-                self.decide(current, run.mark if current.value("value") == "mark" else run.answer)
-            elif current.do in ("repeat", "go_on"):
-                self.turn(current)
+                self.decide(run.mark if current.value("value") == "mark" else run.answer)
+            elif current.do == "repeat":
+                self.repeat()
+            elif current.do == "go_on":
+                self.go(current.value("with"))
             else:
                 if not current.kind.moves:
                     self.begin()
@@ -459,57 +356,47 @@ class _Change:
     def start(self, entry: Entry) -> None:
         before = self.state.run
         if before is not None:
-            past = replace(
-                before, entry=replace(before.entry, mission=Mission(before.entry.mission.name, ()))
-            )
-            self.state = replace(self.state, history=(*self.state.history, past)[-MAX_HISTORY:])
+            past = replace(before.entry, mission=Mission(before.entry.mission.name, ()))
+            history = (*self.state.history, replace(before, entry=past))[-MAX_HISTORY:]
+            self.state = replace(self.state, history=history)
         self.state = replace(self.state, run=Run(entry, token=0 if before is None else before.token))
         self.note("start", by=entry.by, parameters=dict(entry.parameters))
 
     def begin(self) -> None:
-        run, current = self.run, self.run.step
+        current = self.run.step
         assert current is not None
-        self.set(Phase.RUNNING, token=run.token + 1, begun=True, task=0)
+        self.set(Phase.RUNNING, token=self.run.token + 1, begun=True, task=0)
         self.note("step", current.do, do=current.do, name=current.name)
-        self.effects.append(Carry(run.token + 1, current, run.entry.parameters))
 
     def ask(self, current: Step) -> None:
-        answers, parameters = tuple(current.value("answers")), self.run.entry.parameters
-        asked = Question(current.value("text", parameters), answers, current.value("default"))
-        self.set(
-            Phase.ASKING, question=asked, deadline=self.now + current.timeout if current.timeout else None
-        )
+        answers = tuple(current.value("answers"))
+        asked = Question(self.run.value("text"), answers, current.value("default"))
+        deadline = self.now + current.timeout if current.timeout else None
+        self.set(Phase.ASKING, question=asked, deadline=deadline)
         self.note("question", asked.text, answers=list(answers))
 
     def ask_unknown(self, reason: str = "") -> None:
-        current = self.run.step
-        do = "" if current is None else current.do
-        text = say(
-            "What became of step {number} ({do}) is not known. Was it done?", number=self.run.at + 1, do=do
-        )
+        do = "" if self.run.step is None else self.run.step.do
+        ask = "What became of step {number} ({do}) is not known. Was it done?"
+        text = say(ask, number=self.run.at + 1, do=do)
         self.set(Phase.ASKING, question=Question(text, UNKNOWN_ANSWERS, unknown=True), reason=reason)
         self.note("question", text, answers=list(UNKNOWN_ANSWERS))
 
-    def turn(self, current: Step) -> None:
-        if current.do == "go_on":
-            self.go(current.value("with"))
-            return
-        place, times = str(self.run.at), current.value("times", self.run.entry.parameters)
-        count = self.run.counts.get(place, 0) + 1
+    def repeat(self) -> None:
+        run, times = self.run, self.run.value("times")
+        count = run.counts.get(str(run.at), 0) + 1
         again = not times or count < times
-        self.set(counts={**self.run.counts, place: count if again else 0})
-        self.go(current.value("from") if again else "next")
+        self.set(counts={**run.counts, str(run.at): count if again else 0})
+        self.go(run.value("from") if again else "next")
 
-    def decide(self, current: Step, value: object) -> None:
+    def decide(self, value: object) -> None:
         """Go on from an `if` with the value that was read."""
-        below, above, wanted = (
-            current.value(key, self.run.entry.parameters) for key in ("below", "above", "is")
-        )
+        below, above, wanted = map(self.run.value, ("below", "above", "is"))
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             met = above < value < below
         else:
             met = wanted == (("off", "on")[value] if isinstance(value, bool) else value)
-        self.go(current.value("then" if met else "else"))
+        self.go(self.run.value("then" if met else "else"))
 
     def go(self, target: str) -> None:
         """Go on with a target; the current step is over."""
@@ -534,19 +421,14 @@ class _Change:
             return
         self.set(ended=(*run.ended, (run.at, ok))[-MAX_ENDED:])
         if ok and "mark" in current.values:
-            self.set(mark=current.value("mark", run.entry.parameters))
+            self.set(mark=run.value("mark"))
         if ok and current.do == "if":
-            self.decide(current, value)
+            self.decide(value)
         elif ok or run.failure:
             self.go("next")
         elif run.attempt < current.retries:
-            self.set(
-                Phase.RETRYING,
-                attempt=run.attempt + 1,
-                begun=False,
-                deadline=self.now + current.retry_pause,
-                reason=text,
-            )
+            deadline = self.now + current.retry_pause
+            self.set(Phase.RETRYING, attempt=run.attempt + 1, begun=False, deadline=deadline, reason=text)
         elif current.on_failure == "stop":
             self.set(Phase.WAITING, begun=False)
             self.fail(text)
@@ -562,188 +444,162 @@ class _Change:
             self.set(Phase.WAITING, failure=why, at=0, attempt=0)
 
     def end(self, phase: Phase, text: str = "") -> None:
-        """End the run. The queue goes on only after one that is done: a stop can look like a failure."""
+        """End the run. The queue goes on only after one that is done."""
         if phase is not Phase.DONE:
             self.state = replace(self.state, paused=True)
         self.set(phase, reason=text, begun=False, paused=False)
         self.note("end", text, phase=phase.value)
 
+    # -- events: what people and programs ask for
 
-# -- what each event does ------------------------------------------------------------------------------------
+    def on_append(
+        self, mission: Mission, parameters: Mapping[str, Value], by: str, file: str = "", start: bool = False
+    ) -> None:
+        """Append a mission to the queue, or start it at once."""
+        state = self.state
+        if start and state.active:
+            text = "{name} has not ended; append yours to the queue, or stop that one"
+            raise Refused(say(text, name=state.active.entry.mission.name))
+        if state.disk:
+            raise Refused(state.disk)
+        if len(state.queue) >= MAX_QUEUE:
+            raise Refused(say("the queue has {count} missions already, which is the limit", count=MAX_QUEUE))
+        entry = Entry(str(state.next_id), mission, parameters, by, file)
+        self.state = replace(state, next_id=state.next_id + 1)
+        if start:
+            self.start(entry)
+        else:
+            self.set_queue([*state.queue, entry], by)
 
+    def on_change_queue(self, by: str, id: str = "", place: int | None = None) -> None:
+        """Remove an entry, move it to a place, or without an id remove all."""
+        found = [entry for entry in self.state.queue if entry.id == id]
+        if id and not found:
+            raise Refused(say("no mission {id} is in the queue", id=id))
+        queue = [entry for entry in self.state.queue if id and entry.id != id]
+        if place is not None:
+            queue[max(0, place) : max(0, place)] = found
+        self.set_queue(queue, by)
 
-def _append(change: _Change, event: Append) -> None:
-    state = change.state
-    entry = Entry(str(state.next_id), event.mission, event.parameters, event.by, event.file)
-    if event.start and state.active:
-        name = change.run.entry.mission.name
-        raise Refused(say("{name} has not ended; append yours to the queue, or stop that one", name=name))
-    if state.disk:
-        raise Refused(state.disk)
-    if len(state.queue) >= MAX_QUEUE:
-        raise Refused(say("the queue has {count} missions already, which is the limit", count=MAX_QUEUE))
-    change.state = replace(state, next_id=state.next_id + 1)
-    if event.start:
-        change.start(entry)
-    else:
-        change.state = replace(change.state, queue=(*state.queue, entry))
-        change.note("queue", entry.mission.name, by=event.by, queue=[e.id for e in change.state.queue])
+    def set_queue(self, queue: list[Entry], by: str) -> None:
+        self.state = replace(self.state, queue=tuple(queue))
+        self.note("queue", by=by, queue=[entry.id for entry in queue])
 
+    def on_pause(self, by: str) -> None:
+        """A person or program pauses run and queue."""
+        self.state = replace(self.state, paused=True)
+        if self.state.active:
+            self.set(paused=True)
+        self.note("pause", by=by)
 
-def _queue(change: _Change, event: ChangeQueue) -> None:
-    queue = list(change.state.queue)
-    found = [entry for entry in queue if entry.id == event.id]
-    if event.id and not found:
-        raise Refused(say("no mission {id} is in the queue", id=event.id))
-    queue = [entry for entry in queue if event.id and entry.id != event.id]
-    if event.place is not None:
-        queue[max(0, event.place) : max(0, event.place)] = found
-    change.state = replace(change.state, queue=tuple(queue))
-    change.note("queue", by=event.by, queue=[entry.id for entry in queue])
+    def on_resume(self, by: str) -> None:
+        """A person or program lets run and queue go on."""
+        self.state = replace(self.state, paused=False)
+        self.note("resume", by=by)
+        if self.state.active:
+            self.set(paused=False)
+            if self.run.phase is Phase.INTERRUPTED and self.run.begun:
+                self.ask_unknown()
+            elif self.run.phase is Phase.INTERRUPTED:
+                self.set(Phase.WAITING)
 
+    def on_stop(self, by: str) -> None:
+        """Somebody has stopped the robot, or wants the run to end."""
+        self.state = replace(self.state, paused=True)
+        if self.state.active:
+            self.end(Phase.STOPPED, say("stopped by {who}", who=by))
 
-def _pause(change: _Change, event: Pause) -> None:
-    change.state = replace(change.state, paused=True)
-    if change.state.active and not change.run.paused:
-        change.set(paused=True)
-        if change.run.phase is Phase.RUNNING:
-            change.effects.append(Hold(change.run.token, True))
-    change.note("pause", by=event.by)
+    def on_answer(self, answer: str, by: str, run: str = "") -> None:
+        """An answer to the question; `run` is the id of its run, or "" for any."""
+        asked = self.state.active if self.state.active and run in ("", self.run.entry.id) else None
+        if asked is None or (question := asked.question) is None:
+            raise Refused(say("there is no question to answer"))
+        if answer not in question.answers:
+            names = list(question.answers)
+            raise Refused(say("{answer!r}: expected one of: {names}", answer=answer, names=names))
+        self.note("answer", answer, by=by)
+        if not question.unknown:
+            self.set(answer=answer)
+            self.go(asked.value("answers")[answer])
+        elif answer == "stop":
+            self.on_stop(by)
+        elif answer == "again":
+            self.set(Phase.WAITING, begun=False)
+        else:
+            self.step_done(True)
 
+    # -- events: what the driver tells
 
-def _resume(change: _Change, event: Resume) -> None:
-    change.state = replace(change.state, paused=False)
-    change.note("resume", by=event.by)
-    if not change.state.active:
-        return
-    held = change.run.paused
-    change.set(paused=False)
-    if change.run.phase is Phase.INTERRUPTED and change.run.begun:
-        change.ask_unknown()
-    elif change.run.phase is Phase.INTERRUPTED:
-        change.set(Phase.WAITING)
-    elif held and change.run.phase is Phase.RUNNING:
-        change.effects.append(Hold(change.run.token, False))
+    def on_ready(self, reason: str, battery: float | None = None) -> None:
+        """The readiness of the robot: `reason` is "" if it is ready; `battery` is None if it is not known."""
+        run = self.state.run
+        if run is None or run.step is None or not self.state.needs_ready:
+            return
+        if reason:
+            if reason != run.reason:
+                self.set(reason=reason)
+                self.note("waiting", reason)
+            return
+        # Only before a step that finds its way from the charger: a relative one would begin elsewhere.
+        finds = not {"mark", "x"}.isdisjoint(run.step.kind.keys)
+        low = run.entry.mission.guard("battery_below")
+        if finds and battery is not None and battery < low and not run.failure:
+            self.set(charging=True)
+        self.begin()
 
+    def _under_way(self, token: int, phase: Phase) -> bool:
+        """Whether the step of a token is under way; a run that was stopped does not hear of its end."""
+        return self.state.active is not None and (self.run.phase, self.run.token) == (phase, token)
 
-def _stop(change: _Change, event: Stop) -> None:
-    change.state = replace(change.state, paused=True)
-    if change.state.active:
-        if change.run.phase is Phase.RUNNING:
-            change.effects.append(Cancel(change.run.token))
-        change.end(Phase.STOPPED, say("stopped by {who}", who=event.by))
+    def on_step_ended(
+        self, token: int, result: Result, text: str = "", value: float | bool | None = None
+    ) -> None:
+        """The end of a step; `value` of one that reads something."""
+        if not self._under_way(token, Phase.RUNNING):
+            return
+        if result is Result.STOPPED:
+            self.on_stop(text or say("somebody else"))
+        elif result is Result.UNKNOWN:
+            self.set(paused=False)
+            self.ask_unknown(text)
+        else:
+            self.step_done(result is Result.DONE, text, value)
 
+    def on_sent(self, token: int, task: int) -> None:
+        """The robot has a task of this step, with its id."""
+        if self._under_way(token, Phase.RUNNING):
+            self.set(task=task)
 
-def _answer(change: _Change, event: Answer) -> None:
-    run = change.state.run
-    question = None if run is None or event.run not in ("", run.entry.id) else run.question
-    if run is None or question is None:
-        raise Refused(say("there is no question to answer"))
-    if event.answer not in question.answers:
-        raise Refused(
-            say("{answer!r}: expected one of: {names}", answer=event.answer, names=list(question.answers))
-        )
-    change.note("answer", event.answer, by=event.by)
-    current = run.step
-    assert current is not None
-    if not question.unknown:
-        change.set(answer=event.answer)
-        change.go(current.value("answers")[event.answer])
-    elif event.answer == "stop":
-        _stop(change, Stop(event.by))
-    elif event.answer == "again":
-        change.set(Phase.WAITING, begun=False)
-    else:
-        change.step_done(True)
+    def on_settled(self, token: int, done: bool) -> None:
+        """The robot's history tells how the step that was interrupted has ended. Nothing begins by it."""
+        if self._under_way(token, Phase.INTERRUPTED) and self.run.begun:
+            self.set(paused=True)
+            self.step_done(done, say("the robot says that it failed"))
 
+    def on_tick(self) -> None:
+        """Time has passed."""
+        run = self.state.active
+        if run is None or run.deadline is None or run.paused or self.now < run.deadline:
+            return
+        if run.phase is Phase.RETRYING:
+            self.set(Phase.WAITING)
+        elif run.question is not None:
+            self.on_answer(run.question.default, say("the time limit"))
 
-def _ready(change: _Change, event: Ready) -> None:
-    state, run = change.state, change.state.run
-    if run is None or run.phase is not Phase.WAITING or run.paused or state.disk or not needs_ready(state):
-        return
-    if event.reason:
-        if event.reason != run.reason:
-            change.set(reason=event.reason)
-            change.note("waiting", event.reason)
-        return
-    # Only before a step that finds its way from the charger: a relative one would begin at the wrong place.
-    finds = run.step is not None and not {"mark", "x"}.isdisjoint(run.step.kind.keys)
-    low = run.entry.mission.guard("battery_below")
-    if finds and event.battery is not None and event.battery < low and not run.failure:
-        change.set(charging=True)
-    change.begin()
+    def on_restarted(self, carries: bool = True) -> None:
+        """The program has started with this state, from disk; without `carries` nothing begins in it."""
+        paused = self.state.paused or bool(self.state.queue) or not carries
+        self.state, run = replace(self.state, paused=paused), self.state.active
+        if run is not None and run.phase is not Phase.INTERRUPTED:
+            harmless = run.step is None or run.step.do in HARMLESS
+            self.set(Phase.INTERRUPTED, begun=run.begun and not harmless, paused=False)
+            self.state = replace(self.state, paused=True)
+            self.note("interrupted", say("interrupted at step {number}", number=run.at + 1))
 
+    def on_delivered(self, number: int) -> None:
+        """The webhook has taken the notices up to this number."""
+        self.state = replace(self.state, delivered=max(self.state.delivered, number))
 
-def needs_ready(state: State) -> bool:
-    """Whether the current step waits for a `Ready`."""
-    run = state.run
-    waits = run is not None and run.phase is Phase.WAITING and not run.paused
-    return waits and run is not None and run.step is not None and run.step.kind.moves
-
-
-def _step_ended(change: _Change, event: StepEnded) -> None:
-    run = change.state.run
-    if run is None or run.phase is not Phase.RUNNING or run.token != event.token:
-        return  # the run was stopped
-    if event.result is Result.STOPPED:
-        _stop(change, Stop(event.text or say("somebody else")))
-    elif event.result is Result.UNKNOWN:
-        change.set(paused=False)
-        change.ask_unknown(event.text)
-    else:
-        change.step_done(event.result is Result.DONE, event.text, event.value)
-
-
-def _sent(change: _Change, event: Sent) -> None:
-    if change.state.active and change.run.token == event.token:
-        change.set(task=event.task)
-
-
-def _settled(change: _Change, event: Settled) -> None:
-    """Before a `Resume`: nothing begins here."""
-    run = change.state.run
-    if run is not None and run.phase is Phase.INTERRUPTED and run.begun and run.token == event.token:
-        change.set(paused=True)
-        change.step_done(event.done, say("the robot says that it failed"))
-
-
-def _tick(change: _Change, event: Tick) -> None:
-    run = change.state.run
-    if run is None or run.deadline is None or run.paused or change.now < run.deadline:
-        return
-    if run.phase is Phase.RETRYING:
-        change.set(Phase.WAITING)
-    elif run.question is not None:
-        _answer(change, Answer(run.question.default, say("the time limit")))
-
-
-def _restarted(change: _Change, event: Restarted) -> None:
-    change.state = replace(
-        change.state, paused=change.state.paused or bool(change.state.queue) or not event.carries
-    )
-    if change.state.active and change.run.phase is not Phase.INTERRUPTED:
-        run, current = change.run, change.run.step
-        harmless = current is None or current.do in HARMLESS
-        change.set(Phase.INTERRUPTED, begun=run.begun and not harmless, paused=False)
-        change.state = replace(change.state, paused=True)
-        change.note("interrupted", say("interrupted at step {number}", number=run.at + 1))
-
-
-_EVENTS: Mapping[type, Callable[[_Change, Any], None]] = {
-    Append: _append,
-    ChangeQueue: _queue,
-    Pause: _pause,
-    Resume: _resume,
-    Stop: _stop,
-    Answer: _answer,
-    Ready: _ready,
-    StepEnded: _step_ended,
-    Sent: _sent,
-    Settled: _settled,
-    Tick: _tick,
-    Restarted: _restarted,
-    Delivered: lambda change, event: setattr(
-        change, "state", replace(change.state, delivered=max(change.state.delivered, event.number))
-    ),
-    Disk: lambda change, event: setattr(change, "state", replace(change.state, disk=event.problem)),
-}
+    def on_disk(self, problem: str) -> None:
+        """The state cannot be kept on disk, or ("") can again."""
+        self.state = replace(self.state, disk=problem)

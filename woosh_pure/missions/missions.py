@@ -19,6 +19,7 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TimedOut  # not the built-in one before Python 3.11
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,7 @@ from woosh_pure.enums import TaskState
 from woosh_pure.errors import ChassisError
 from woosh_pure.missions import machine
 from woosh_pure.missions.file import MissionFiles
-from woosh_pure.missions.machine import Event, Notice, Phase, Refused, Run, State
+from woosh_pure.missions.machine import Notice, Phase, Refused, Run, State
 from woosh_pure.missions.mission import Mission, MissionError, mission_of
 from woosh_pure.missions.steps import StepRunner
 from woosh_pure.missions.webhooks import Webhook
@@ -48,17 +49,7 @@ PROGRAM = "program"
 """Name of who asks, where none is given."""
 _LOOK, _DISK_SECONDS, _ASK_SECONDS = 0.1, 1.0, 10.0
 _LEASE_SECONDS = 60.0
-_REMOTE = {
-    each.__name__: each
-    for each in (
-        machine.Append,
-        machine.ChangeQueue,
-        machine.Pause,
-        machine.Resume,
-        machine.Stop,
-        machine.Answer,
-    )
-}
+_Asked = tuple[str, Mapping[str, Any], "Future[str] | None", CallScope]
 
 
 class MissionFailed(ChassisError):
@@ -145,9 +136,7 @@ class Missions(MissionFiles):
         self._store = Store(self.folder, "missions", robot, in_use=used)
         self._requests = self._store.path.with_suffix(".requests")
         self._opening, self._changed = threading.Lock(), threading.Condition()
-        self._inbox: queue.SimpleQueue[tuple[Event, Future[str], CallScope | None] | None] = (
-            queue.SimpleQueue()
-        )
+        self._inbox: queue.SimpleQueue[_Asked | None] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
         self._state = State()  # of a program that has it open
         self._step: StepRunner | None = None
@@ -197,9 +186,10 @@ class Missions(MissionFiles):
     def _append(
         self, mission: str | Path | Mission, given: Mapping[str, object], by: str, *, start: bool
     ) -> MissionHandle:
-        file = "" if isinstance(mission, Mission) else str(mission)
-        found = mission if isinstance(mission, Mission) else self.load(mission)
-        return MissionHandle(self, self._ask(machine.Append(found, found.filled(given), by, file, start)))
+        found, file = (mission, "") if isinstance(mission, Mission) else (self.load(mission), str(mission))
+        filled = found.filled(given)
+        id = self._ask("append", mission=found, parameters=filled, by=by, file=file, start=start)
+        return MissionHandle(self, id)
 
     @property
     def queue(self) -> Sequence[machine.Entry]:
@@ -208,41 +198,36 @@ class Missions(MissionFiles):
 
     def unqueue(self, id: str, *, by: str = PROGRAM) -> None:
         """Remove an entry of the queue. Raises MissionError if it is not there."""
-        self._ask(machine.ChangeQueue(by, id or "-"))
+        self._ask("change_queue", by=by, id=id or "-")
 
     def clear(self, *, by: str = PROGRAM) -> None:
         """Remove all entries of the queue."""
-        self._ask(machine.ChangeQueue(by))
+        self._ask("change_queue", by=by)
 
     def reorder(self, id: str, place: int, *, by: str = PROGRAM) -> None:
         """Move an entry of the queue to a place, from 0. Raises MissionError if it is not there."""
-        self._ask(machine.ChangeQueue(by, id or "-", place))
+        self._ask("change_queue", by=by, id=id or "-", place=place)
 
     def pause(self, *, by: str = PROGRAM) -> None:
         """Pause the run and the queue. A step that cannot pause goes on to its end."""
-        self._ask(machine.Pause(by))
+        self._ask("pause", by=by)
 
     def resume(self, *, by: str = PROGRAM) -> None:
         """Let a paused or interrupted run, and the queue, go on. It may move the robot."""
-        self._ask(machine.Resume(by))
+        self._ask("resume", by=by)
 
     def stop(self, *, by: str = PROGRAM) -> StopReport:
         """Stop the robot, end the run as stopped, and pause the queue."""
-        done: Future[str] = Future()
         if opened := self._thread is not None:
-            self._inbox.put((machine.Stop(by), done, self._chassis.request()))
+            self._report("stop", by=by)
         report = self._chassis.stop(everything=True)
         if not opened:
-            self._ask(machine.Stop(by))
+            self._ask("stop", by=by)
         return report
 
     def answer(self, answer: str, *, by: str = PROGRAM, run: str = "") -> None:
-        """Answer the question.
-
-        Raises:
-            MissionError: There is no question (of this run), or it has no such answer.
-        """
-        self._ask(machine.Answer(answer, by, run))
+        """Answer the question. Raises MissionError without one (of this run), or if it has no such answer."""
+        self._ask("answer", answer=answer, by=by, run=run)
 
     # -- what happens
 
@@ -259,7 +244,7 @@ class Missions(MissionFiles):
             with suppress(OSError):  # StoreInUse: another program carries it out
                 self._store.lock()
                 self._store.unlock()
-                state, _ = machine.step(state, machine.Restarted(), 0.0, time.time())
+                state = machine.step(state, "restarted", 0.0, time.time())
         return state
 
     def status(self) -> Run | None:
@@ -268,9 +253,7 @@ class Missions(MissionFiles):
 
     def find(self, id: str) -> Run | None:
         """A run by its id: the current one, or one of the last 50."""
-        state = self.state
-        runs = (*state.history, *((state.run,) if state.run else ()))
-        return next((run for run in runs if run.entry.id == id), None)
+        return next((run for run in self.state.runs if run.entry.id == id), None)
 
     @property
     def owner(self) -> str:
@@ -304,10 +287,8 @@ class Missions(MissionFiles):
             MissionError: Another program carries the missions out.
         """
         self.open()
-        self._webhook = Webhook(url, secret, lambda: self.state, self._delivered)
-
-    def _delivered(self, number: int) -> None:
-        self._report(machine.Delivered(number))
+        report = partial(self._report, "delivered")
+        self._webhook = Webhook(url, secret, lambda: self.state, lambda number: report(number=number))
 
     def close(self) -> None:
         """Cancel what runs: the run is interrupted, and can be resumed. Idempotent, bounded."""
@@ -328,20 +309,19 @@ class Missions(MissionFiles):
 
     # -- requests
 
-    def _ask(self, event: Event) -> str:
+    def _ask(self, event: str, **values: Any) -> str:
         """Have the thread apply an event, or the other program that has the state open; the new id."""
         try:
             self.open()
         except StoreInUse:
-            return self._ask_other(event)
+            return self._ask_other(event, values)
         done: Future[str] = Future()
-        self._inbox.put((event, done, self._chassis.request()))
+        self._inbox.put((event, values, done, self._chassis.request()))
         try:
             return done.result(_ASK_SECONDS)
         except TimedOut as late:
-            raise RosTimeout(
-                say("the missions do not answer"), what="missions", seconds=_ASK_SECONDS
-            ) from late
+            why = say("the missions do not answer")
+            raise RosTimeout(why, what="missions", seconds=_ASK_SECONDS) from late
 
     def open(self) -> None:
         """Carry the missions out in this program, as with the first request. Nothing moves by it.
@@ -355,7 +335,7 @@ class Missions(MissionFiles):
             if self._thread is None:
                 self._store.lock()
                 self._state = self._read()
-                self._apply(machine.Restarted(self.carries))
+                self._apply("restarted", carries=self.carries)
                 self._thread = threading.Thread(target=self._work, name="woosh:missions", daemon=True)
                 self._thread.start()
 
@@ -367,13 +347,10 @@ class Missions(MissionFiles):
             self._store.put_aside(f"{type(error).__name__}: {error}")
             return State()
 
-    def _ask_other(self, event: Event) -> str:
-        values = event._asdict()
-        if isinstance(event, machine.Append):
-            values["mission"] = event.mission.data()
+    def _ask_other(self, event: str, values: Mapping[str, Any]) -> str:
         path = self._requests / f"{uuid.uuid4()}.json"
         reply = path.with_suffix(".reply")
-        save_file(path, json.dumps({"event": type(event).__name__, **values}).encode())
+        save_file(path, json.dumps({"event": event, **values}, default=Mission.data).encode())
         try:
             self.wait_for(reply.exists, _ASK_SECONDS)
             answer = json.loads(read_text(reply))
@@ -386,15 +363,11 @@ class Missions(MissionFiles):
 
     def _take_requests(self, stopped: bool) -> None:
         for path in sorted(self._requests.glob("*.json")) if self._requests.is_dir() else ():
-            answer: dict[str, str] = {}
             try:
                 values = json.loads(read_text(path))
-                kind = _REMOTE[values.pop("event")]
-                if kind is machine.Append:
+                if "mission" in values:
                     values["mission"] = mission_of(values["mission"])
-                event, answer = kind(**values), {"id": str(self._state.next_id)}
-                self._require_wanted(event, stopped)
-                self._apply(event)
+                answer = {"id": self._carry_out(values.pop("event"), values, stopped)}
             except (ValueError, KeyError, TypeError, OSError) as error:
                 answer = {"error": str(error)}
             path.unlink(missing_ok=True)
@@ -418,7 +391,7 @@ class Missions(MissionFiles):
             try:
                 with now:
                     if stopped and self._state.active:
-                        self._apply(machine.Stop(say("a stop of the robot")))
+                        self._apply("stop", by=say("a stop of the robot"))
                     if asked is not None:
                         self._answer(*asked)
                     self._take_requests(stopped)
@@ -426,37 +399,37 @@ class Missions(MissionFiles):
             except Exception:
                 _log.exception("! an internal error of the missions; they go on")
 
-    def _answer(self, event: Event, done: Future[str], request: CallScope | None) -> None:
+    def _answer(
+        self, event: str, values: Mapping[str, Any], done: Future[str] | None, request: CallScope
+    ) -> None:
+        if done is None:
+            self._apply(event, **values)
+            return
         try:
-            self._require_wanted(event, request is not None and request.overtaken)
-            new = str(self._state.next_id)
-            if isinstance(event, machine.Resume):
-                self._settle()
-            self._apply(event)
+            done.set_result(self._carry_out(event, values, request.overtaken))
         except Refused as refusal:
             done.set_exception(refusal)
-        else:
-            done.set_result(new)
 
-    @staticmethod
-    def _require_wanted(event: Event, stopped: bool) -> None:
-        """Refuse what would let a mission go on if the robot was stopped after it was asked for.
-
-        Raises:
-            Refused: It was.
-        """
-        if stopped and isinstance(event, (machine.Append, machine.Resume, machine.Answer)):
+    def _carry_out(self, event: str, values: Mapping[str, Any], stopped: bool) -> str:
+        """Apply what somebody asks for, unless the robot was stopped since: that must not let it go on."""
+        if event not in machine.REQUESTS:
+            raise ValueError(
+                say("{name} is not known; expected one of: {known}", name=event, known=machine.REQUESTS)
+            )
+        if stopped and event in ("append", "resume", "answer"):
             raise Refused(say("somebody stopped the robot meanwhile; look, and ask again"))
+        new = str(self._state.next_id)
+        if event == "resume":
+            self._settle()
+        self._apply(event, **values)
+        return new
 
-    def _apply(self, event: Event) -> None:
+    def _apply(self, event: str, **values: Any) -> None:
         """Apply an event: end what must end, save the state, and then begin what follows."""
-        before, (now, at) = self._state, (time.monotonic(), time.time())
-        after, effects = machine.step(before, event, now, at)
-        for effect in effects:
-            if self._step is not None and isinstance(effect, machine.Cancel):
-                self._step.cancel()
-            elif self._step is not None and isinstance(effect, machine.Hold):
-                self._step.hold(effect.held)
+        before, now, at = self._state, time.monotonic(), time.time()
+        after = machine.step(before, event, now, at, **values)
+        if self._step is not None:
+            self._step.want(after.running)
         if after is not before and not before.disk:
             try:
                 self._store.save(after.to_json())
@@ -465,39 +438,38 @@ class Missions(MissionFiles):
                 problem = say(text, error=error.strerror or error)
                 _log.error("! %s (%s)", problem, error)
                 self._due["disk"] = now + _DISK_SECONDS
-                self._state, _ = machine.step(before, machine.Disk(problem), now, at)
-                after, effects = machine.step(self._state, event, now, at)
-        self._state = after
+                self._state = machine.step(before, "disk", now, at, problem=problem)
+                after = machine.step(self._state, event, now, at, **values)
+        self._state, run = after, after.running
         with self._changed:
             self._changed.notify_all()
-        for effect in effects:
-            if isinstance(effect, machine.Carry):
-                report, pictures = self._report, self.folder / "pictures"
-                self._step = StepRunner(self._chassis, effect, self._chassis.request(), report, pictures)
+        if run is not None and (self._step is None or self._step.token != run.token):
+            pictures = self.folder / "pictures"
+            self._step = StepRunner(self._chassis, run, self._chassis.request(), self._report, pictures)
 
-    def _report(self, event: Event) -> None:
-        self._inbox.put((event, Future(), None))
+    def _report(self, event: str, **values: Any) -> None:
+        self._inbox.put((event, values, None, self._chassis.request()))
 
     def _on_time(self, now: float) -> None:
         if self._state.disk and now >= self._due["disk"]:
             self._due["disk"] = now + _DISK_SECONDS
             with suppress(OSError):
                 self._store.save(replace(self._state, disk="").to_json())
-                self._apply(machine.Disk(""))
+                self._apply("disk", problem="")
         run = self._state.run
         if run is not None and run.deadline is not None and now >= run.deadline:
-            self._apply(machine.Tick())
+            self._apply("tick")
         reason = self._keep_lease(now)
         run = self._state.run
         if run is None or run.phase.over or run.phase is Phase.INTERRUPTED or run.paused:
             return
         hindrance = self._hindrance(run)
         reason = reason or hindrance
-        if machine.needs_ready(self._state):
+        if self._state.needs_ready:
             battery = self._chassis.battery.open().known
             if battery is None and run.entry.mission.guard("battery_below"):
                 reason = reason or say("the charge of the battery is not known yet")
-            self._apply(machine.Ready(reason, None if battery is None else battery.value.percent))
+            self._apply("ready", reason=reason, battery=None if battery is None else battery.value.percent)
 
     def _hindrance(self, run: Run) -> str:
         """Why nothing may move now, "" if it may.
@@ -512,7 +484,7 @@ class Missions(MissionFiles):
         except RosError as error:
             return str(error)
         if any(reason.key == ReasonKey.EMERGENCY_STOP and reason.blocking for reason in readiness.reasons):
-            self._apply(machine.Pause(say("the emergency stop")))
+            self._apply("pause", by=say("the emergency stop"))
         if self._step is not None and not self._step.ended.is_set():
             return say("the last step has not ended yet")
         if readiness.answer is not Ready.UNKNOWN:
@@ -540,7 +512,7 @@ class Missions(MissionFiles):
                 lease.renew(owner, _LEASE_SECONDS)
             return ""
         if self._holds and holder is not None:
-            self._apply(machine.Pause(str(holder)))
+            self._apply("pause", by=str(holder))
         self._holds = False
         if self._state.run is not None and self._state.run.paused:
             return ""  # its person drives by hand, perhaps
@@ -562,4 +534,4 @@ class Missions(MissionFiles):
             _log.debug("= the robot does not tell its tasks: %s", error)
             return
         if found and found[-1].state in (TaskState.COMPLETED, TaskState.FAILED):
-            self._apply(machine.Settled(run.token, found[-1].state is TaskState.COMPLETED))
+            self._apply("settled", token=run.token, done=found[-1].state is TaskState.COMPLETED)

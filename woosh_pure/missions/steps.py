@@ -23,7 +23,7 @@ from woosh_pure.enums import Direction
 from woosh_pure.errors import MotionRefused
 from woosh_pure.faults import StatusCode
 from woosh_pure.maps.marks import own_marks
-from woosh_pure.missions.machine import Carry, Result, Sent, StepEnded
+from woosh_pure.missions.machine import Result, Run
 from woosh_pure.motion.motion import GoalHandle
 from woosh_pure.outcome import Outcome, OutcomeKind, end_is_known
 from woosh_pure.values.messages import message_type
@@ -57,7 +57,7 @@ class StepRunner:
 
     Args:
         request: Made when the step was due: a stop of the chassis since then prevents its motion.
-        report: Called with its end, in its thread.
+        report: Called with the events "sent" and "step_ended" of the machine, in its thread.
         folder: For pictures.
 
     Attributes:
@@ -67,19 +67,20 @@ class StepRunner:
     def __init__(
         self,
         chassis: Chassis,
-        carry: Carry,
+        run: Run,
         request: CallScope,
-        report: Callable[[StepEnded | Sent], object],
+        report: Callable[..., object],
         folder: Path,
     ) -> None:
         self.chassis, self.folder, self._report = chassis, folder, report
-        self.token, self._step, self._parameters = carry.token, carry.step, carry.parameters
-        self.limit = carry.step.timeout or (_MOTION_SECONDS if self._step.kind.moves else _OTHER_SECONDS)
+        assert run.step is not None
+        self.token, self._step, self.value = run.token, run.step, run.value
+        self.limit = run.step.timeout or (_MOTION_SECONDS if run.step.kind.moves else _OTHER_SECONDS)
         self._cancelled, self._held = threading.Event(), False
         self._told, self._ending = -math.inf, ExitStack()
         self.ended = threading.Event()
         work = threading.Thread(
-            target=self._work, args=(request,), name=f"woosh:mission {carry.token}", daemon=True
+            target=self._work, args=(request,), name=f"woosh:mission {run.token}", daemon=True
         )
         work.start()
 
@@ -87,33 +88,35 @@ class StepRunner:
         """End it; returns at once."""
         self._cancelled.set()
 
-    def hold(self, held: bool) -> None:
-        """Pause it or let it go on, where the chassis can; returns at once."""
-        self._held = held
+    def want(self, run: Run | None) -> None:
+        """Cancel it unless it is of this run; pause it with that, where the chassis can. Returns at once."""
+        if run is None or run.token != self.token:
+            self.cancel()
+        else:
+            self._held = run.paused
 
     def _work(self, request: CallScope) -> None:
-        end = StepEnded(self.token, Result.FAILED)
+        result, text, value = Result.FAILED, "", None
         try:
             with request, self._ending:
                 value = _ACTIONS[self._step.do](self)
-                end = StepEnded(self.token, Result.DONE, "", value)
+                result = Result.DONE
                 if isinstance(value, Outcome):
-                    text = "" if value.arrived else str(value)
-                    end = StepEnded(self.token, result_of(value, self._explained), text)
+                    result, text = result_of(value, self._explained), "" if value.arrived else str(value)
+                    value = None
         except MotionRefused as refusal:  # nothing was sent; a person who has pressed a button ends the run
             by_person = refusal.readiness is not None and refusal.readiness.blocked
-            end = StepEnded(self.token, Result.STOPPED if by_person else Result.FAILED, str(refusal))
+            result, text = Result.STOPPED if by_person else Result.FAILED, str(refusal)
         except (ConnectionLost, RosTimeout, ServiceError) as error:  # they are OSErrors, too
-            result = Result.UNKNOWN if self._step.kind.moves else Result.FAILED
-            end = StepEnded(self.token, result, str(error))
+            result, text = Result.UNKNOWN if self._step.kind.moves else Result.FAILED, str(error)
         except (RosError, ValueError, KeyError, ImportError, OSError) as error:
-            end = StepEnded(self.token, Result.FAILED, str(error))
+            text = str(error)
         except Exception as error:
             _log.exception("! step %s of a mission failed", self._step.do)
-            end = StepEnded(self.token, Result.UNKNOWN, f"{type(error).__name__}: {error}")
+            result, text = Result.UNKNOWN, f"{type(error).__name__}: {error}"
         finally:
             self.ended.set()
-            self._report(end)
+            self._report("step_ended", token=self.token, result=result, text=text, value=value)
 
     def _explained(self) -> bool:
         """Whether the robot tells just now that it cannot get there; the code comes on another link than the
@@ -128,10 +131,6 @@ class StepRunner:
         if code.code in _OWN_FAILURES:
             self._told = time.monotonic()
 
-    def value(self, key: str) -> Any:
-        """One of the step's keys."""
-        return self._step.value(key, self._parameters)
-
     def goal(self, begin: Callable[[], GoalHandle[Any]]) -> Outcome:
         """Start a goal and wait for its end. One that cannot be paused is cancelled, and sent again."""
         self._ending.callback(self.chassis.feed("status_code").on(self._note_code))
@@ -139,7 +138,7 @@ class StepRunner:
         while True:
             handle = begin()
             if handle.task_id:
-                self._report(Sent(self.token, handle.task_id))
+                self._report("sent", token=self.token, task=handle.task_id)
             paused = False
             while not handle.done and not self._cancelled.wait(_SLICE):
                 if self._held is not paused and hasattr(handle, "pause"):

@@ -15,7 +15,7 @@ from woosh_pure.cli.arguments import add_watchdog
 from woosh_pure.cli.connection import chosen, connect, watchdog_of
 from woosh_pure.cli.output import Output
 from woosh_pure.missions.file import MissionFiles, text_of
-from woosh_pure.missions.machine import Notice, Phase, entry_json, run_json
+from woosh_pure.missions.machine import Notice, Phase
 from woosh_pure.missions.missions import MissionFailed, MissionHandle, Missions
 
 if TYPE_CHECKING:
@@ -197,7 +197,7 @@ def _queue(args: Namespace, out: Output, missions: Missions) -> None:
         out.line("the queue is empty")
     elif state.paused:
         out.line("the queue is paused; `woosh mission resume` lets it go on")
-    out.result({"paused": state.paused, "queue": [entry_json(entry) for entry in state.queue]})
+    out.result({"paused": state.paused, "queue": [entry.to_json() for entry in state.queue]})
 
 
 def _pause(args: Namespace, out: Output, missions: Missions) -> None:
@@ -242,7 +242,7 @@ def _tell(missions: Missions, out: Output) -> None:
         for text in filter(None, (run.reason, state.disk)):
             out.line(text)
     count = len(state.queue)
-    out.result({"run": run and run_json(run), "queue": count, "paused": state.paused, "disk": state.disk})
+    out.result({"run": run and run.to_json(), "queue": count, "paused": state.paused, "disk": state.disk})
 
 
 _VERBS: Mapping[str, Callable[[Namespace, Output], None]] = {
