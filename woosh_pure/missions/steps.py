@@ -65,12 +65,7 @@ class StepRunner:
     """
 
     def __init__(
-        self,
-        chassis: Chassis,
-        run: Run,
-        request: CallScope,
-        report: Callable[..., object],
-        folder: Path,
+        self, chassis: Chassis, run: Run, request: CallScope, report: Callable[..., object], folder: Path
     ) -> None:
         self.chassis, self.folder, self._report = chassis, folder, report
         assert run.step is not None
@@ -79,10 +74,8 @@ class StepRunner:
         self._cancelled, self._held = threading.Event(), False
         self._told, self._ending = -math.inf, ExitStack()
         self.ended = threading.Event()
-        work = threading.Thread(
-            target=self._work, args=(request,), name=f"woosh:mission {run.token}", daemon=True
-        )
-        work.start()
+        name = f"woosh:mission {run.token}"
+        threading.Thread(target=self._work, args=(request,), name=name, daemon=True).start()
 
     def cancel(self) -> None:
         """End it; returns at once."""
@@ -157,8 +150,8 @@ class StepRunner:
             if handle.done:
                 return handle.wait(1.0, raises=False)
             outcome = handle.cancel()
-            if self._cancelled.is_set() or outcome.arrived or not end_is_known(outcome):
-                return outcome
+            if self._cancelled.is_set() or not outcome.by_us or not end_is_known(outcome):
+                return outcome  # it has arrived, or somebody else has ended it meanwhile
             while self._held and not self._cancelled.wait(_SLICE):
                 pass
             if self._cancelled.is_set():
@@ -211,23 +204,22 @@ def result_of(outcome: Outcome, explained: Callable[[], bool]) -> Result:
     return Result.FAILED if failed else Result.STOPPED
 
 
-def _go_to_mark(step: StepRunner) -> Outcome:
+def _drive(begin: Callable[[StepRunner], GoalHandle[Any]]) -> Callable[[StepRunner], Outcome]:
+    return lambda step: step.goal(lambda: begin(step))
+
+
+def _go_to_mark(step: StepRunner) -> GoalHandle[Any]:
     """To a mark of the chassis's map, or to the pose of a place that only the user's list has."""
     name = step.value("mark")
     place = own_marks().get(name)
     if place is not None and place.pose is not None and not place.on_chassis:
-        x, y, yaw = place.pose.x, place.pose.y, place.pose.yaw
-        return step.goal(lambda: step.chassis.go_to(x, y, yaw, timeout=None))
-    return step.goal(lambda: step.chassis.go_to_mark(name, timeout=None))
+        return step.chassis.go_to(place.pose.x, place.pose.y, place.pose.yaw, timeout=None)
+    return step.chassis.go_to_mark(name, timeout=None)
 
 
-def _go_to(step: StepRunner) -> Outcome:
+def _go_to(step: StepRunner) -> GoalHandle[Any]:
     x, y, yaw = step.value("x"), step.value("y"), math.radians(step.value("degrees"))
-    return step.goal(lambda: step.chassis.go_to(x, y, yaw, timeout=None))
-
-
-def _carry(direction: Direction) -> Callable[[StepRunner], Outcome]:
-    return lambda step: step.goal(lambda: step.chassis.carry(step.value("mark"), direction, timeout=None))
+    return step.chassis.go_to(x, y, yaw, timeout=None)
 
 
 def _charge(step: StepRunner) -> Outcome:
@@ -238,24 +230,13 @@ def _charge(step: StepRunner) -> Outcome:
     return outcome
 
 
-def _action(name: str, type_name: str, **fields: object) -> Callable[[StepRunner], Outcome]:
-    """A goal of an action server. A field that is a `str` names the step's key with its value."""
-
-    def run(step: StepRunner) -> Outcome:
-        values = {key: step.value(one) if isinstance(one, str) else one for key, one in fields.items()}
-        goal = from_dict(message_type(type_name), values)
-        return step.goal(lambda: step.chassis.action(name, goal, timeout=None))
-
-    return run
+def _act(step: StepRunner, name: str, type_name: str, **fields: object) -> GoalHandle[Any]:
+    return step.chassis.action(name, from_dict(message_type(type_name), fields), timeout=None)
 
 
-def _lift(step: StepRunner) -> Outcome:
+def _lift(step: StepRunner) -> GoalHandle[Any]:
     way = 1 if step.value("to") == "up" else 2  # UP, DOWN
-    return _action("/lift_control", "woosh_msgs/LiftControlGoal", mode=1, executeMode=way)(step)
-
-
-def _light(step: StepRunner) -> None:
-    step.chassis.light(step.value("state"), color=step.value("color") or None)
+    return _act(step, "/lift_control", "woosh_msgs/LiftControlGoal", mode=1, executeMode=way)
 
 
 def _picture(step: StepRunner) -> None:
@@ -269,39 +250,34 @@ def _picture(step: StepRunner) -> None:
 
 def _call(step: StepRunner) -> None:
     name = step.value("service")
-    if name.rpartition("/")[2] in ("exec_task",):
-        raise ValueError(
-            say("{name} moves the robot; use the steps that do, which know how to stop", name=name)
-        )
+    if name.rpartition("/")[2] == "exec_task":
+        wrong = "{name} moves the robot; use the steps that do, which know how to stop"
+        raise ValueError(say(wrong, name=name))
     service = service_class(step.value("type") or interface.row(name).type)
     with step.chassis.node.service_client(name, service) as client:
         client.call(from_dict(service.Request, step.value("request")), timeout=step.limit)
 
 
-def _reading(step: StepRunner) -> float | bool:
-    return step.battery() if step.value("value") == "battery" else step.input()
-
-
 _ACTIONS: Mapping[str, Callable[[StepRunner], Any]] = {
-    "go_to_mark": _go_to_mark,
-    "go_to": _go_to,
-    "park": lambda step: step.goal(lambda: step.chassis.park(step.value("mark"), timeout=None)),
-    "load": _carry(Direction.LOAD),
-    "unload": _carry(Direction.UNLOAD),
+    "go_to_mark": _drive(_go_to_mark),
+    "go_to": _drive(_go_to),
+    "park": _drive(lambda step: step.chassis.park(step.value("mark"), timeout=None)),
+    "load": _drive(lambda step: step.chassis.carry(step.value("mark"), Direction.LOAD, timeout=None)),
+    "unload": _drive(lambda step: step.chassis.carry(step.value("mark"), Direction.UNLOAD, timeout=None)),
     "charge": _charge,
-    "move": lambda step: step.goal(
-        lambda: step.chassis.move(step.value("metres"), speed=step.value("speed"))
+    "move": _drive(lambda step: step.chassis.move(step.value("metres"), speed=step.value("speed"))),
+    "rotate": _drive(lambda step: step.chassis.rotate(step.value("degrees"), degrees=True)),
+    "dock": _drive(
+        lambda step: _act(step, "/woosh_auto_dock", "woosh_msgs/AutoDock2Goal", tag_no=step.value("tag"))
     ),
-    "rotate": lambda step: step.goal(lambda: step.chassis.rotate(step.value("degrees"), degrees=True)),
-    "dock": _action("/woosh_auto_dock", "woosh_msgs/AutoDock2Goal", tag_no="tag"),
-    "lift": _lift,
+    "lift": _drive(_lift),
     "wait": lambda step: step.until(lambda: False, step.value("seconds"), raises=False),
     "wait_for_input": lambda step: step.until(lambda: step.input() is step.value("is")),
     "wait_for_battery": lambda step: step.until(lambda: step.battery() >= step.value("percent")),
-    "light": _light,
+    "light": lambda step: step.chassis.light(step.value("state"), color=step.value("color") or None),
     "say": lambda step: step.chassis.say(step.value("text")),
     "picture": _picture,
     "call": _call,
-    "if": _reading,
+    "if": lambda step: step.battery() if step.value("value") == "battery" else step.input(),
 }
 """For each kind that is not decided by the machine. A result that is an `Outcome` says how the goal ended."""

@@ -15,47 +15,43 @@ from woosh_pure.cli.arguments import add_watchdog
 from woosh_pure.cli.connection import chosen, connect, watchdog_of
 from woosh_pure.cli.output import Output
 from woosh_pure.missions.file import MissionFiles, text_of
-from woosh_pure.missions.machine import Notice, Phase
-from woosh_pure.missions.missions import MissionFailed, MissionHandle, Missions
+from woosh_pure.missions.machine import Notice
+from woosh_pure.missions.missions import MissionHandle, Missions
 
 if TYPE_CHECKING:
     from woosh_pure.missions.mission import Mission
 
 BY = "woosh mission"
 """The name of who asks by these commands."""
-_FILE = "a file, or a name in the folder of missions"
 
 
 def add_mission(parser: ArgumentParser) -> None:
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     run = verbs.add_parser("run", help="start a mission, and show its steps until it ends")
-    run.add_argument("file", metavar="FILE", help=_FILE)
-    _add_carrying(run)
-    run.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter")
     check = verbs.add_parser("check", help="say whether a file is a valid mission; moves nothing")
-    check.add_argument("file", metavar="FILE", help=_FILE)
     verbs.add_parser("list", help="list the folder of missions")
     show = verbs.add_parser("show", help="print a mission as it is saved, without comments")
-    show.add_argument("file", metavar="FILE", help=_FILE)
     queue = verbs.add_parser("queue", help="show or change what comes next")
+    verbs.add_parser("pause", help="pause the running mission and the queue")
+    resume = verbs.add_parser("resume", help="let a paused or interrupted mission go on")
+    verbs.add_parser("stop", help="stop the robot, end the mission, and pause the queue")
+    answer = verbs.add_parser("answer", help="answer the question of the running mission")
+    answer.add_argument("answer", metavar="ANSWER", help="one of its answers")
+    verbs.add_parser("status", help="show the running mission, or the last one")
+    for named in (run, check, show):
+        named.add_argument("file", metavar="FILE", help="a file, or a name in the folder of missions")
+    for carries in (run, resume):
+        add_webhook(carries)
+        add_watchdog(carries)
     change = queue.add_mutually_exclusive_group()
     change.add_argument("--append", metavar="FILE", help="append a mission")
     change.add_argument("--remove", metavar="ID", help="remove an entry")
     change.add_argument("--first", metavar="ID", help="move an entry to the first place")
     change.add_argument("--clear", action="store_true", help="remove all entries")
-    queue.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter")
-    verbs.add_parser("pause", help="pause the running mission and the queue")
-    resume = verbs.add_parser("resume", help="let a paused or interrupted mission go on")
-    _add_carrying(resume)
-    verbs.add_parser("stop", help="stop the robot, end the mission, and pause the queue")
-    answer = verbs.add_parser("answer", help="answer the question of the running mission")
-    answer.add_argument("answer", metavar="ANSWER", help="one of its answers")
-    verbs.add_parser("status", help="show the running mission, or the last one")
-
-
-def _add_carrying(parser: ArgumentParser) -> None:
-    add_webhook(parser)
-    add_watchdog(parser)
+    for starts in (run, queue):
+        starts.add_argument(
+            "--set", action="append", default=[], metavar="NAME=VALUE", help="set a parameter"
+        )
 
 
 def add_webhook(parser: ArgumentParser) -> None:
@@ -73,34 +69,36 @@ def use_webhook(missions: Missions, args: Namespace) -> None:
 
 
 def run_mission(args: Namespace, out: Output) -> None:
-    if args.verb in _VERBS:
-        _VERBS[args.verb](args, out)
-        return
-    from woosh_pure.chassis import Chassis
+    if args.verb in _FILES:
+        _FILES[args.verb](args, out, MissionFiles())
+    elif args.verb in ("run", "resume"):
+        with watchdog_of(args) as watchdog, connect(args, out, watchdog=watchdog) as chassis:
+            _carry_out(args, out, chassis.missions)
+    elif args.verb == "stop":
+        with connect(args, out) as chassis, closing(Missions(chassis, carries=False)) as missions:
+            out.line(str(missions.stop(by=BY)))
+            _tell(missions, out)
+    else:
+        from woosh_pure.chassis import Chassis
 
-    address, host = chosen(args)
-    with closing(Missions(Chassis(address, host=host, robot_api=False), carries=False)) as missions:
-        _APART[args.verb](args, out, missions)
-
-
-def _run(args: Namespace, out: Output) -> None:
-    with watchdog_of(args) as watchdog, connect(args, out, watchdog=watchdog) as chassis:
-        missions = chassis.missions
-        mission = missions.load(args.file)
-        use_webhook(missions, args)
-        seen = _last(missions)
-        follow_mission(missions.run(args.file, _given(args.set, mission), by=BY), missions, seen, out)
+        address, host = chosen(args)  # without a connection to the robot
+        with closing(Missions(Chassis(address, host=host, robot_api=False), carries=False)) as missions:
+            (_queue if args.verb == "queue" else _ask)(args, out, missions)
 
 
-def _resume(args: Namespace, out: Output) -> None:
-    with watchdog_of(args) as watchdog, connect(args, out, watchdog=watchdog) as chassis:
-        missions, state = chassis.missions, chassis.missions.state
-        use_webhook(missions, args)
-        seen = _last(missions)
+def _carry_out(args: Namespace, out: Output, missions: Missions) -> None:
+    mission = missions.load(args.file) if args.verb == "run" else None
+    use_webhook(missions, args)
+    state = missions.state
+    seen = state.notices[-1].number if state.notices else 0
+    if mission is not None:
+        handles = [missions.run(args.file, _given(args.set, mission), by=BY)]
+    else:
         missions.resume(by=BY)
-        ended = [state.run.entry.id] if state.run is not None and state.active else []
-        for id in [*ended, *(entry.id for entry in state.queue)]:
-            follow_mission(MissionHandle(missions, id), missions, seen, out)
+        under_way = [state.active.entry] if state.active else []
+        handles = [MissionHandle(missions, entry.id) for entry in (*under_way, *state.queue)]
+    for handle in handles:
+        follow_mission(handle, missions, seen, out)
 
 
 def follow_mission(handle: MissionHandle, missions: Missions, seen: int, out: Output) -> None:
@@ -108,19 +106,15 @@ def follow_mission(handle: MissionHandle, missions: Missions, seen: int, out: Ou
 
     def over() -> bool:
         nonlocal seen
+        run = handle.run  # before its notices, so that none is missed
         for notice in missions.since(seen):
             seen = notice.number
             if notice.run == handle.id:
                 _say(notice, out)
-        run = handle.run
         return run is not None and run.phase.over
 
     missions.wait_for(over, None)
-    run = handle.wait(0.0, raises=False)
-    if not out.as_json:
-        over()
-    if run.phase is not Phase.DONE:
-        raise MissionFailed(run)
+    handle.wait(0.0)
 
 
 def _say(notice: Notice, out: Output) -> None:
@@ -138,11 +132,6 @@ def _say(notice: Notice, out: Output) -> None:
     out.record(asdict(notice))
 
 
-def _last(missions: Missions) -> int:
-    notices = missions.state.notices
-    return notices[-1].number if notices else 0
-
-
 def _given(texts: Sequence[str], mission: Mission) -> dict[str, object]:
     """The parameters of --set, each of the type of its default."""
     found: dict[str, object] = {}
@@ -158,32 +147,35 @@ def _given(texts: Sequence[str], mission: Mission) -> dict[str, object]:
     return found
 
 
-def _check(args: Namespace, out: Output) -> None:
-    mission = MissionFiles().load(args.file)
+def _check(args: Namespace, out: Output, files: MissionFiles) -> None:
+    mission = files.load(args.file)
     out.line("{name}: {count} steps, no fault", name=mission.name, count=len(mission.steps))
     out.result({"ok": True, "name": mission.name, "steps": len(mission.steps)})
 
 
-def _list(args: Namespace, out: Output) -> None:
-    missions = MissionFiles()
-    found = missions.list()
+def _list(args: Namespace, out: Output, files: MissionFiles) -> None:
+    found = files.list()
     for each in found:
         name = each.error if each.mission is None else f"{each.mission.name}. {each.mission.description}"
         out.line(out.cell(each.file, 32), name)
     if not found:
-        out.line("no missions in {folder}", folder=missions.files)
+        out.line("no missions in {folder}", folder=files.files)
     out.result([{"file": each.file, "error": each.error} for each in found])
 
 
-def _show(args: Namespace, out: Output) -> None:
-    mission = MissionFiles().load(args.file)
+def _show(args: Namespace, out: Output, files: MissionFiles) -> None:
+    mission = files.load(args.file)
     out.answer(mission.data(), text_of(mission).rstrip())
+
+
+_FILES: Mapping[str, Callable[[Namespace, Output, MissionFiles], None]] = {
+    "check": _check, "list": _list, "show": _show,
+}  # fmt: skip
 
 
 def _queue(args: Namespace, out: Output, missions: Missions) -> None:
     if args.append:
-        mission = missions.load(args.append)
-        missions.append(args.append, _given(args.set, mission), by=BY)
+        missions.append(args.append, _given(args.set, missions.load(args.append)), by=BY)
     elif args.remove:
         missions.unqueue(args.remove, by=BY)
     elif args.first:
@@ -200,24 +192,11 @@ def _queue(args: Namespace, out: Output, missions: Missions) -> None:
     out.result({"paused": state.paused, "queue": [entry.to_json() for entry in state.queue]})
 
 
-def _pause(args: Namespace, out: Output, missions: Missions) -> None:
-    missions.pause(by=BY)
-    _tell(missions, out)
-
-
-def _stop(args: Namespace, out: Output) -> None:
-    with connect(args, out) as chassis, closing(Missions(chassis, carries=False)) as missions:
-        report = missions.stop(by=BY)
-        out.line(str(report))
-        _tell(missions, out)
-
-
-def _answer(args: Namespace, out: Output, missions: Missions) -> None:
-    missions.answer(args.answer, by=BY)
-    _tell(missions, out)
-
-
-def _status(args: Namespace, out: Output, missions: Missions) -> None:
+def _ask(args: Namespace, out: Output, missions: Missions) -> None:
+    if args.verb == "pause":
+        missions.pause(by=BY)
+    elif args.verb == "answer":
+        missions.answer(args.answer, by=BY)
     _tell(missions, out)
 
 
@@ -228,27 +207,14 @@ def _tell(missions: Missions, out: Output) -> None:
     if run is None:
         out.line("no mission has run yet")
     else:
+        number, phase = min(run.at + 1, len(run.steps) or 1), say("paused" if run.paused else run.phase.value)
+        name, count = run.entry.mission.name, len(run.steps)
         where = "{name}: {phase}, step {number} of {count}"
-        phase = "paused" if run.paused else run.phase.value
-        facts = {
-            "name": run.entry.mission.name,
-            "phase": say(phase),
-            "number": min(run.at + 1, len(run.steps) or 1),
-        }
-        out.line(where, **facts, count=len(run.steps))
+        out.line(where, name=name, phase=phase, number=number, count=count)
         if run.question is not None:
             asked = "{text} Answer with one of: {names}"
             out.line(asked, text=run.question.text, names=list(run.question.answers))
         for text in filter(None, (run.reason, state.disk)):
             out.line(text)
-    count = len(state.queue)
-    out.result({"run": run and run.to_json(), "queue": count, "paused": state.paused, "disk": state.disk})
-
-
-_VERBS: Mapping[str, Callable[[Namespace, Output], None]] = {
-    "run": _run, "check": _check, "list": _list, "show": _show, "resume": _resume, "stop": _stop,
-}  # fmt: skip
-_APART: Mapping[str, Callable[[Namespace, Output, Missions], None]] = {
-    "queue": _queue, "pause": _pause, "answer": _answer, "status": _status,
-}  # fmt: skip
-"""Without a connection to the robot."""
+    told = {"run": run and run.to_json(), "queue": len(state.queue)}
+    out.result({**told, "paused": state.paused, "disk": state.disk})
