@@ -165,7 +165,7 @@ class MissionFiles:
 def text_of(mission: Mission) -> str:
     """The file of a mission. Comments of a file that was read are not kept."""
     data = mission.data()
-    lines = [f"{key} = {_toml(data[key])}" for key in model.MISSION_KEYS[:3] if key in data]
+    lines = [f"{key} = {_toml(data[key])}" for key in ("mission", "name", "description") if key in data]
     for table in ("parameters", "guards"):
         if table in data:
             lines += ["", f"[{table}]", *_pairs(data[table])]

@@ -7,7 +7,7 @@ documentation's table and the check read it.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -36,12 +36,41 @@ class MissionError(ChassisError, ValueError):
         self.path, self.line, self.column = path, line, column
 
 
+def _is_text(value: object) -> bool:
+    return isinstance(value, str) and bool(value.strip())
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+_TYPES: Mapping[str, tuple[str, Callable[[object], bool]]] = {
+    "version": ("mission = 1, the format", lambda value: _is_number(value) and value == VERSION),
+    "text": ("a text in quotes", _is_text),
+    "mark": ("the name of a mark in quotes", _is_text),
+    "target": ("the name of a step, or next, end or stop, in quotes", _is_text),
+    "number": ("a number", _is_number),
+    "whole": ("a whole number", lambda value: _is_number(value) and isinstance(value, int)),
+    "bool": ("true or false", lambda value: isinstance(value, bool)),
+    "parameter": (
+        "a text, a number, true or false",
+        lambda value: isinstance(value, (str, bool)) or _is_number(value),
+    ),
+    "table": ("a table", lambda value: isinstance(value, Mapping)),
+    "tables": (
+        "a list of tables, one for each step",
+        lambda value: isinstance(value, Sequence) and all(isinstance(each, Mapping) for each in value),
+    ),
+}
+"""The types of keys: what is expected, in words, and whether a value is of the type."""
+
+
 @dataclass(frozen=True, slots=True)
 class Key:
     """One key of a table.
 
     Attributes:
-        type: A key of `_WORDS`; a target is the name of a step or one of `TARGETS`.
+        type: A key of `_TYPES`; a target is the name of a step or one of `TARGETS`.
         default: None if the key must be given.
         low, high: Of a number.
         names: The allowed texts; empty for any.
@@ -53,37 +82,28 @@ class Key:
     high: float = math.inf
     names: tuple[str, ...] = ()
 
-    @property
-    def expected(self) -> str:
-        """What is allowed, in words."""
-        if self.names:
-            return say("one of: {names}", names=list(self.names))
-        text = say(_WORDS[self.type])
-        if self.low > -math.inf or self.high < math.inf:
-            return say("{what} from {low} to {high}", what=text, low=self.low, high=self.high)
-        return text
-
     def accepts(self, value: object) -> bool:
         """Whether it is a value of this key."""
-        if isinstance(value, bool) or self.type == "bool":
-            return isinstance(value, bool) and self.type == "bool"
-        if self.type in ("number", "whole"):
-            kind = (int, float) if self.type == "number" else int
-            return isinstance(value, kind) and math.isfinite(value) and self.low <= value <= self.high
-        if self.type == "table":
-            return isinstance(value, Mapping)
-        return isinstance(value, str) and bool(value.strip()) and (not self.names or value in self.names)
+        if value == "" == self.default or not _TYPES[self.type][1](value):
+            return value == "" == self.default
+        if isinstance(value, (int, float)) and not self.low <= value <= self.high:
+            return False
+        return not self.names or value in self.names
 
+    def require(self, path: Path, value: object) -> None:
+        """Check a value; None if it is missing.
 
-_WORDS = {
-    "text": "a text in quotes",
-    "mark": "the name of a mark in quotes",
-    "target": "the name of a step, or next, end or stop, in quotes",
-    "number": "a number",
-    "whole": "a whole number",
-    "bool": "true or false",
-    "table": "a table in braces",
-}
+        Raises:
+            MissionError: It is not one of this key.
+        """
+        if self.accepts(value):
+            return
+        expected = say(_TYPES[self.type][0])
+        if self.names:
+            expected = say("one of: {names}", names=list(self.names))
+        elif self.low > -math.inf or self.high < math.inf:
+            expected = say("{what} from {low} to {high}", what=expected, low=self.low, high=self.high)
+        raise _wrong(path, value, expected, self.names)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +177,15 @@ GUARDS: Mapping[str, Key] = {
     "not_known": Key("text", "wait", names=("wait", "go")),
 }
 """Of the whole mission: charge when the battery is below; whether readiness "not known" waits or goes."""
-MISSION_KEYS = ("mission", "name", "description", "parameters", "guards", "step", "on_abort")
+MISSION_KEYS: Mapping[str, Key] = {
+    "mission": Key("version"),
+    "name": _TEXT,
+    "description": Key("text", ""),
+    "parameters": Key("table", {}),
+    "guards": Key("table", {}),
+    "step": Key("tables"),
+    "on_abort": Key("tables", {}),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,9 +278,10 @@ class Mission:
         for name, value in given.items():
             path: Path = ("parameters", name)
             if name not in filled:
-                raise _unknown(path, name, list(filled))
-            if not _parameter_key(filled[name]).accepts(value):
-                raise _wrong(path, value, _parameter_key(filled[name]).expected)
+                raise _unknown(path, list(filled))
+            default = filled[name]
+            kind = "bool" if isinstance(default, bool) else "text" if isinstance(default, str) else "number"
+            Key(kind).require(path, value)
             filled[name] = value  # type: ignore[assignment]  # accepted
         _check_steps(self, filled)
         return filled
@@ -264,68 +293,42 @@ def mission_of(data: Mapping[str, Any]) -> Mission:
     Raises:
         MissionError: What was found, what is allowed, and the path of the key.
     """
-    _require_known((), data, MISSION_KEYS)
-    if data.get("mission") != VERSION:
-        raise _wrong(
-            ("mission",), data.get("mission"), say("mission = {version}, the format", version=VERSION)
-        )
-    name = data.get("name")
-    if not Key("text").accepts(name):
-        raise _wrong(("name",), name, Key("text").expected)
-    description = data.get("description", "")
-    if not isinstance(description, str):
-        raise _wrong(("description",), description, Key("text").expected)
-    parameters = _table(data, "parameters")
+    _check((), data, MISSION_KEYS)
+    parameters, guards = data.get("parameters", {}), data.get("guards", {})
     for key, value in parameters.items():
-        if not isinstance(value, (str, bool, int, float)) or (isinstance(value, float) and value != value):
-            raise _wrong(("parameters", key), value, say("a text, a number, true or false"))
-    guards = _table(data, "guards")
-    _check_table(("guards",), guards, GUARDS)
+        Key("parameter").require(("parameters", key), value)
+    _check(("guards",), guards, GUARDS)
     if guards.get("battery_below") and not guards.get("charger"):
         raise MissionError(say("battery_below needs charger, the mark of the charger"), ("guards",))
-    mission = Mission(
-        str(name), _steps(data, "step"), description, parameters, guards, _steps(data, "on_abort")
-    )
-    if not mission.steps:
+    steps, on_abort = _steps(data, "step"), _steps(data, "on_abort")
+    if not steps:
         raise MissionError(say("there is no step; write [[step]] and below it do = ..."))
     names: set[str] = set()
-    for place, step in enumerate(mission.steps):
+    for place, step in enumerate(steps):
         if step.name in names or step.name in TARGETS:
             expected = say("a name that no other step has, and not one of: {names}", names=list(TARGETS))
             raise _wrong(("step", place, "name"), step.name, expected)
         names.update(filter(None, (step.name,)))
-    _check_steps(mission, mission.parameters)
+    mission = Mission(data["name"], steps, data.get("description", ""), parameters, guards, on_abort)
+    _check_steps(mission, parameters)
     return mission
 
 
 def _steps(data: Mapping[str, Any], table: str) -> tuple[Step, ...]:
     found = data.get(table, [])
-    if not (isinstance(found, Sequence) and all(isinstance(each, Mapping) for each in found)):
-        raise _wrong((table,), found, say("tables, one [[{table}]] for each step", table=table))
     if len(found) > MAX_STEPS:
-        raise MissionError(
-            say("{count} steps; expected at most {max_steps}", count=len(found), max_steps=MAX_STEPS)
-        )
+        text = "{count} steps; expected at most {max_steps}"
+        raise MissionError(say(text, count=len(found), max_steps=MAX_STEPS))
     return tuple(_step((table, place), each) for place, each in enumerate(found))
 
 
 def _step(path: Path, given: Mapping[str, Any]) -> Step:
     do = given.get("do")
-    if not isinstance(do, str) or do not in KINDS:
-        wrong = _wrong(
-            (*path, "do") if "do" in given else path, do, say("one of: {names}", names=list(KINDS))
-        )
-        raise MissionError(both(str(wrong), *hint(str(do), KINDS)), wrong.path)
-    keys = {"do": Key("text"), **KINDS[do].keys, **STEP_KEYS}
-    common = {key: given[key] for key in STEP_KEYS if key in given}
-    _require_known(path, given, keys)
-    _check_table(path, common, STEP_KEYS)
-    for key, one in KINDS[do].keys.items():
-        if key not in given and one.default is None:
-            raise MissionError(
-                say("{do} needs {key}: {expected}", do=do, key=key, expected=one.expected), path
-            )
-    return Step(do, {key: given[key] for key in given if key in KINDS[do].keys}, **common)
+    Key("text", names=tuple(KINDS)).require((*path, "do"), do)
+    keys, common = KINDS[str(do)].keys, {key: given[key] for key in STEP_KEYS if key in given}
+    _check(path, given, {"do": _TEXT, **keys, **STEP_KEYS}, values=False)
+    _check(path, common, STEP_KEYS)
+    return Step(str(do), {key: given[key] for key in given if key in keys}, **common)
 
 
 def _check_steps(mission: Mission, parameters: Mapping[str, Value]) -> None:
@@ -338,14 +341,12 @@ def _check_steps(mission: Mission, parameters: Mapping[str, Value]) -> None:
                 raise _wrong((*path, "do"), step.do, say("a step that asks nothing and leads nowhere else"))
             for key, given in step.values.items():
                 if isinstance(given, str) and given.startswith("$") and given[1:] not in parameters:
-                    raise _unknown((*path, key), given[1:], list(parameters))
-                value = step.value(key, parameters)
-                if not step.kind.keys[key].accepts(value):
-                    raise _wrong((*path, key), value, step.kind.keys[key].expected)
+                    raise _unknown((*path, key), list(parameters), given[1:])
+                step.kind.keys[key].require((*path, key), step.value(key, parameters))
             _check_step(path, step, targets)
 
 
-def _check_step(path: Path, step: Step, targets: Sequence[str]) -> None:
+def _check_step(path: Path, step: Step, targets: tuple[str, ...]) -> None:
     leads: list[tuple[str, object]] = [("on_failure", step.on_failure)]
     leads += [(key, step.value(key)) for key, one in step.kind.keys.items() if one.type == "target"]
     if step.do == "ask":
@@ -353,10 +354,8 @@ def _check_step(path: Path, step: Step, targets: Sequence[str]) -> None:
         if not 2 <= len(answers) <= 5:
             raise _wrong((*path, "answers"), list(answers), say("two to five answers, each with a target"))
         leads += [("answers", target) for target in answers.values()]
-        default = step.value("default")
-        if default and default not in answers:
-            raise _wrong((*path, "default"), default, say("one of: {names}", names=list(answers)))
-        if bool(default) != bool(step.timeout):
+        Key("text", "", names=tuple(answers)).require((*path, "default"), step.value("default"))
+        if bool(step.value("default")) != bool(step.timeout):
             raise MissionError(say("ask: timeout and default belong together; give both or none"), path)
     if step.do == "if":
         numeric = step.value("value") == "battery"
@@ -365,42 +364,26 @@ def _check_step(path: Path, step: Step, targets: Sequence[str]) -> None:
             expected = say("one of below and above for battery, is for the others")
             raise _wrong((*path, compared[0]) if compared else path, compared, expected)
     for key, target in leads:
-        if target not in targets:
-            raise _wrong((*path, key), target, say("one of: {names}", names=list(targets)))
+        Key("text", names=targets).require((*path, key), target)
 
 
-def _check_table(path: Path, given: Mapping[str, Any], keys: Mapping[str, Key]) -> None:
-    _require_known(path, given, keys)
-    for key, value in given.items():
-        if not keys[key].accepts(value):
-            raise _wrong((*path, key), value, keys[key].expected)
-
-
-def _require_known(path: Path, given: Mapping[str, Any], keys: Sequence[str] | Mapping[str, Key]) -> None:
+def _check(path: Path, given: Mapping[str, Any], keys: Mapping[str, Key], *, values: bool = True) -> None:
+    """Check that all keys are known, none is missing, and their values."""
     for key in given:
         if key not in keys:
-            raise _unknown((*path, key), key, list(keys))
+            raise _unknown((*path, key), list(keys))
+    for key, one in keys.items():
+        if (values and key in given) or (key not in given and one.default is None):
+            one.require((*path, key), given.get(key))
 
 
-def _table(data: Mapping[str, Any], key: str) -> Mapping[str, Any]:
-    found = data.get(key, {})
-    if not isinstance(found, Mapping):
-        raise _wrong((key,), found, say("a table, [{key}]", key=key))
-    return found
-
-
-def _parameter_key(default: object) -> Key:
-    return Key("bool" if isinstance(default, bool) else "text" if isinstance(default, str) else "number")
-
-
-def _unknown(path: Path, name: str, known: list[str]) -> MissionError:
+def _unknown(path: Path, known: list[str], name: str = "") -> MissionError:
+    name = name or str(path[-1])
     text = say("{name} is not known; expected one of: {known}", name=name, known=known)
     return MissionError(both(text, *hint(name, known)), path)
 
 
-def _wrong(path: Path, value: object, expected: str) -> MissionError:
+def _wrong(path: Path, value: object, expected: str, names: Sequence[str] = ()) -> MissionError:
     found = say("nothing") if value is None else repr(value)[:80]
-    key = str(path[-1]) if path else "mission"
-    return MissionError(
-        say("{key}: found {found}; expected {expected}", key=key, found=found, expected=expected), path
-    )
+    text = say("{key}: found {found}; expected {expected}", key=path[-1], found=found, expected=expected)
+    return MissionError(both(text, *hint(str(value), names)), path)

@@ -59,7 +59,7 @@ times = 3
         ('charger = "C1"', '', 7, "battery_below needs charger"),
         ('do = "go_to_mark"', 'do = "goto_mark"', 14, "did you mean go_to_mark?"),
         ('do = "go_to_mark"\n', '', 12, "found nothing; expected one of: go_to_mark"),
-        ('mark = "$target"', '', 12, "go_to_mark needs mark"),
+        ('mark = "$target"', '', 12, "mark: found nothing; expected the name of a mark"),
         ('mark = "$target"', 'mark = "$taget"', 15, "did you mean target?"),
         ('mark = "$target"', 'mark = 3', 15, "expected the name of a mark"),
         ('text = """', 'tex = """', 19, "did you mean text?"),
