@@ -242,7 +242,7 @@ class State:
 
     def to_json(self) -> dict[str, Any]:
         """As it is kept on disk; `state_of` is the way back."""
-        kept = {"paused": self.paused, "next_id": self.next_id, "delivered": self.delivered}
+        kept: dict[str, Any] = {"paused": self.paused, "next_id": self.next_id, "delivered": self.delivered}
         kept |= {"queue": [entry.to_json() for entry in self.queue]}
         return kept | {
             "runs": [run.to_json() for run in self.runs],

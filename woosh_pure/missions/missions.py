@@ -47,6 +47,8 @@ if TYPE_CHECKING:
 _log = get_logger("woosh_pure.missions")
 PROGRAM = "program"
 """Name of who asks, where none is given."""
+Named = str | Path | Mission
+Given = Mapping[str, object] | None
 _LOOK, _DISK_SECONDS, _ASK_SECONDS = 0.1, 1.0, 10.0
 _LEASE_SECONDS = 60.0
 _Asked = tuple[str, Mapping[str, Any], "Future[str] | None", CallScope]
@@ -150,13 +152,7 @@ class Missions(MissionFiles):
 
     # -- run and queue
 
-    def run(
-        self,
-        mission: str | Path | Mission,
-        parameters: Mapping[str, object] | None = None,
-        *,
-        by: str = PROGRAM,
-    ) -> MissionHandle:
+    def run(self, mission: Named, parameters: Given = None, *, by: str = PROGRAM) -> MissionHandle:
         """Start a mission now, also while the queue is paused.
 
         Args:
@@ -167,27 +163,19 @@ class Missions(MissionFiles):
         Raises:
             MissionError: It is faulty; or another run has not ended (`append` it then).
         """
-        return self._append(mission, parameters or {}, by, start=True)
+        return self._append(mission, parameters, by, start=True)
 
-    def append(
-        self,
-        mission: str | Path | Mission,
-        parameters: Mapping[str, object] | None = None,
-        *,
-        by: str = PROGRAM,
-    ) -> MissionHandle:
+    def append(self, mission: Named, parameters: Given = None, *, by: str = PROGRAM) -> MissionHandle:
         """Append a mission to the queue; it begins when it is the first one and the queue is not paused.
 
         Raises:
             MissionError: It is faulty, or the queue is full.
         """
-        return self._append(mission, parameters or {}, by, start=False)
+        return self._append(mission, parameters, by, start=False)
 
-    def _append(
-        self, mission: str | Path | Mission, given: Mapping[str, object], by: str, *, start: bool
-    ) -> MissionHandle:
+    def _append(self, mission: Named, given: Given, by: str, *, start: bool) -> MissionHandle:
         found, file = (mission, "") if isinstance(mission, Mission) else (self.load(mission), str(mission))
-        filled = found.filled(given)
+        filled = found.filled(given or {})
         id = self._ask("append", mission=found, parameters=filled, by=by, file=file, start=start)
         return MissionHandle(self, id)
 
@@ -273,9 +261,8 @@ class Missions(MissionFiles):
         end = None if timeout is None else time.monotonic() + timeout
         while not accept():
             if end is not None and time.monotonic() >= end:
-                raise RosTimeout(
-                    say("the missions did not come so far"), what="missions", seconds=timeout or 0.0
-                )
+                why = say("the missions did not come so far")
+                raise RosTimeout(why, what="missions", seconds=timeout or 0.0)
             with self._changed:
                 self._changed.wait(_LOOK)
 
@@ -287,20 +274,18 @@ class Missions(MissionFiles):
             MissionError: Another program carries the missions out.
         """
         self.open()
-        report = partial(self._report, "delivered")
-        self._webhook = Webhook(url, secret, lambda: self.state, lambda number: report(number=number))
+        self._webhook = Webhook(url, secret, lambda: self.state, partial(self._report, "delivered"))
 
     def close(self) -> None:
         """Cancel what runs: the run is interrupted, and can be resumed. Idempotent, bounded."""
         self.closing = True
-        with self._opening:
-            thread = self._thread
         if self._webhook is not None:
             self._webhook.close()
-        if thread is None:
-            return
+        with self._opening:
+            if self._thread is None:
+                return
         self._inbox.put(None)
-        thread.join(_ASK_SECONDS)
+        self._thread.join(_ASK_SECONDS)
         if self._step is not None:
             self._step.cancel()
             self._step.ended.wait(_ASK_SECONDS)
@@ -478,7 +463,7 @@ class Missions(MissionFiles):
         """
         try:
             if not self._hears:
-                hear_stops(self._chassis.node, self._chassis.request().motions)
+                hear_stops(self._chassis.node, self._chassis.request())
                 self._hears = True
             readiness = self._chassis.readiness()
         except RosError as error:

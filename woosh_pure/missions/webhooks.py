@@ -31,14 +31,14 @@ class Webhook:
         url: http:// or https://.
         secret: Key of the signature, at least 8 characters.
         state: Called for the newest state.
-        delivered: Called with the number of the last notice that was taken.
+        delivered: Called with the `number` of the last notice that was taken.
 
     Raises:
         ValueError: The URL or the secret is not one.
     """
 
     def __init__(
-        self, url: str, secret: str, state: Callable[[], State], delivered: Callable[[int], object]
+        self, url: str, secret: str, state: Callable[[], State], delivered: Callable[..., object]
     ) -> None:
         parts = urlsplit(url)
         if parts.scheme not in ("http", "https") or not parts.hostname:
@@ -66,7 +66,7 @@ class Webhook:
                     _log.warning("! webhook %s: %s; tried again", self._parts.hostname, problem)
                     break
                 done, failures = notice.number, 0
-                self._delivered(done)
+                self._delivered(number=done)
 
     def _post(self, notice: Notice) -> str:
         """Send one; "" if it was taken."""

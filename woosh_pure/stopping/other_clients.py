@@ -21,6 +21,7 @@ from rosproto.logs import get_logger
 from rosproto.node import NodeClient, SystemState
 from rosproto.sentence import say
 from rosproto.transport import Deadline, HostNames
+from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.connection.connection import Connection
 from woosh_pure.connection.other_drivers import OtherDriver, other_drivers
 from woosh_pure.enums import TaskCommand
@@ -31,7 +32,6 @@ from woosh_pure.values.messages import message_type
 
 if TYPE_CHECKING:
     from woosh_pure.components import Components
-    from woosh_pure.stopping.active_motions import ActiveMotions
 
 logger = get_logger("woosh_pure.stop")
 _ANSWER = 2.0  # seconds that the master has at least
@@ -166,12 +166,12 @@ STOPPED = "/woosh_pure/stopped"
 velocities are not listened to: a program that stops could take our connection for that of the robot."""
 
 
-def hear_stops(node: rosproto.Node, motions: ActiveMotions) -> None:
-    """Count each `stop(everything=True)` of another program as a stop of this one, while the node is open."""
+def hear_stops(node: rosproto.Node, scope: CallScope) -> None:
+    """Count each `stop(everything=True)` of another program as a stop of the Chassis of a scope, from now on."""
 
     def hear(message: DynamicMessage) -> None:
-        if (message._connection_header or {}).get("callerid") != node.name:
-            motions.note_stop("another program stopped the robot")
+        if scope.motions is not None and (message._connection_header or {}).get("callerid") != node.name:
+            scope.motions.note_stop("another program stopped the robot")
 
     node.subscriber(STOPPED, message_type("std_msgs/Empty"), callback=hear)
 
