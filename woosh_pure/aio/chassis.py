@@ -160,7 +160,6 @@ class Missions:
     list = awaited(ThreadedMissions.list)
     path = awaited(ThreadedMissions.path)
     load = awaited(ThreadedMissions.load)
-    check = awaited(ThreadedMissions.check)
     save = awaited(ThreadedMissions.save)
     remove = awaited(ThreadedMissions.remove)
     run = awaited(ThreadedMissions.run)

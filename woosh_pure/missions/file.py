@@ -48,25 +48,6 @@ def parse(text: str, name: str = "mission") -> Mission:
         raise _at(error, name) from None
 
 
-def load(path: str | Path, name: str = "") -> Mission:
-    """Read a file.
-
-    Args:
-        name: For errors; "" is the path.
-
-    Raises:
-        MissionError, ImportError: See `parse`.
-        OSError: It cannot be read.
-    """
-    name = name or str(path)
-    try:
-        text = read_text(path, limit=MAX_BYTES)
-    except ValueError:
-        short = "{name} is not text in UTF-8 of at most {max_bytes} bytes"
-        raise MissionError(say(short, name=name, max_bytes=MAX_BYTES)) from None
-    return parse(text, name)
-
-
 @dataclass(frozen=True, slots=True)
 class StoredMission:
     """One file of the folder of missions; `mission` is None if it is faulty, and `error` says why."""
@@ -95,11 +76,9 @@ class MissionFiles:
         found = []
         for path in sorted(self.files.glob(f"*{SUFFIX}")):
             try:
-                found.append(StoredMission(path.name, load(path, path.name)))
-            except MissionError as error:
-                found.append(StoredMission(path.name, None, str(error)))
-            except OSError as error:
-                found.append(StoredMission(path.name, None, str(error.strerror)))
+                found.append(StoredMission(path.name, self.load(path, path.name)))
+            except (MissionError, OSError) as error:
+                found.append(StoredMission(path.name, None, getattr(error, "strerror", "") or str(error)))
         return found
 
     def path(self, file: str | Path) -> Path:
@@ -111,24 +90,26 @@ class MissionFiles:
         for path in (Path(file), self.files / file, self.files / f"{file}{SUFFIX}"):
             if path.is_file():
                 return path
-        raise MissionError(
-            say("{file}: there is no such file, also not in {folder}", file=file, folder=self.files)
-        )
+        wrong = "{file}: there is no such file, also not in {folder}"
+        raise MissionError(say(wrong, file=file, folder=self.files))
 
-    def load(self, file: str | Path) -> Mission:
+    def load(self, file: str | Path, name: str = "") -> Mission:
         """Read a file, see `path`.
+
+        Args:
+            name: For errors; "" is its path.
 
         Raises:
             MissionError: It is faulty, or there is none.
+            OSError: It cannot be read.
         """
-        return load(self.path(file))
-
-    def check(self, text: str, name: str = "mission") -> Mission:
-        """Check the text of a file.
-
-        Raises:
-            MissionError: It is faulty: line, column, what was found, what is allowed.
-        """
+        path = self.path(file)
+        name = name or str(path)
+        try:
+            text = read_text(path, limit=MAX_BYTES)
+        except ValueError:
+            wrong = "{name} is not text in UTF-8 of at most {max_bytes} bytes"
+            raise MissionError(say(wrong, name=name, max_bytes=MAX_BYTES)) from None
         return parse(text, name)
 
     def save(self, file: str, mission: Mission | Mapping[str, Any] | str) -> StoredMission:
@@ -139,7 +120,7 @@ class MissionFiles:
             OSError: It cannot be written.
         """
         if isinstance(mission, str):
-            checked, text = self.check(mission, file), mission
+            checked, text = parse(mission, file), mission
         else:
             checked = mission_of(mission.data() if isinstance(mission, Mission) else mission)
             text = text_of(checked)
@@ -148,11 +129,7 @@ class MissionFiles:
         return StoredMission(path.name, checked)
 
     def remove(self, file: str) -> None:
-        """Delete a file of the folder of missions.
-
-        Raises:
-            MissionError: There is none.
-        """
+        """Delete a file of the folder of missions. Raises MissionError if there is none."""
         self.path(self._named(file)).unlink()
 
     def _named(self, file: str) -> Path:

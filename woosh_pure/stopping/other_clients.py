@@ -167,7 +167,7 @@ velocities are not listened to: a program that stops could take our connection f
 
 
 def hear_stops(node: rosproto.Node, scope: CallScope) -> None:
-    """Count each `stop(everything=True)` of another program as a stop of the Chassis of a scope, from now on."""
+    """Count each `stop(everything=True)` of other programs as a stop of the scope's Chassis, from now on."""
 
     def hear(message: DynamicMessage) -> None:
         if scope.motions is not None and (message._connection_header or {}).get("callerid") != node.name:
@@ -180,13 +180,11 @@ def _tell_others(run: StopRun) -> None:
     run.registrations.wait(_ANSWER)
     if not (listeners := run.registrations.subscribers(STOPPED)):
         return
-    limit = Deadline(_FIRST_STATUS)
     try:
         node = run.components.connection.open_node()
         with node.publisher(STOPPED, message_type("std_msgs/Empty"), latch=True) as publisher:
             publisher.publish()
-            while publisher.connections < listeners and not limit.expired:
-                time.sleep(0.01)
+            publisher.wait_for_connection(_FIRST_STATUS, listeners)
             publisher.flush(1.0)
     except (RosError, OSError, RuntimeError) as error:
         logger.warning("! other programs are not told that the robot was stopped: %s", error)

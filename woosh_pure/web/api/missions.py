@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
 
 from rosproto.logs import get_logger
-from woosh_pure.missions import KINDS, STEP_KEYS, StoredMission, mission_of
+from woosh_pure.missions import KINDS, STEP_KEYS, StoredMission, mission_of, parse
 from woosh_pure.web import models
 from woosh_pure.web.access import Client
 from woosh_pure.web.api import dependencies
@@ -68,7 +68,7 @@ def save_mission(
     """
     robot, client = check_command(request, lease=False, connected=False)
     missions, given = robot.chassis.missions, (body.mission or {}) if body.text is None else body.text
-    mission = mission_of(given) if isinstance(given, dict) else missions.check(given, file)
+    mission = mission_of(given) if isinstance(given, dict) else parse(given, file)
     if check:
         return file_part(file, StoredMission(file, mission))
     with _saving:
