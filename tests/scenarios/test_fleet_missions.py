@@ -38,7 +38,7 @@ def test_an_action_carries_a_mission_out_with_its_parameters(
     handler = handler_of("round", file(tmp_path, "rotate", 'degrees = "$angle"'))
     assert getattr(handler, "moves", False), "the order waits with its drives"
     handler(task)
-    run = chassis.missions.status()
+    run = chassis.missions.state.run
     assert run is not None
     assert (run.phase.value, run.entry.parameters) == ("done", {"angle": 20})
 
@@ -67,7 +67,7 @@ def test_the_lease_of_a_mission_of_the_order_is_not_that_of_a_local_driver(
     assert lease.local_driver == ""
     task.cancelled.set()
     until(lambda: ended, what="the end of the action")
-    run = chassis.missions.status()
+    run = chassis.missions.state.run
     assert run is not None
     assert run.phase.value == "stopped"
     chassis.missions.run(run.entry.mission, by="anna")

@@ -47,14 +47,14 @@ def missions(chassis: Chassis, tmp_path: Path) -> Iterator[Missions]:
 
 
 def run_of(missions: Missions) -> Run:
-    run = missions.status()
+    run = missions.state.run
     assert run is not None
     return run
 
 
 def reach(missions: Missions, accept: Callable[[Run], object], seconds: float = 20.0) -> Run:
     """Wait until the run is so, and return it."""
-    missions.wait_for(lambda: bool(missions.status() and accept(run_of(missions))), seconds)
+    missions.wait_for(lambda: bool(missions.state.run and accept(run_of(missions))), seconds)
     return run_of(missions)
 
 
@@ -88,7 +88,7 @@ def test_a_round_asks_and_goes_on_with_the_answer(
     assert handle.wait(20.0).phase is Phase.DONE
     assert sim.pose.distance_to(sim.world.site.marks["P1"].pose) < 0.05
     until(lambda: chassis.lease.holder is None)
-    kinds = [notice.kind for notice in missions.since(0)]
+    kinds = [notice.kind for notice in missions.state.notices]
     assert kinds == ["start", "step", "question", "answer", "step", "end"]
 
 
@@ -122,7 +122,7 @@ def test_a_failed_step_is_tried_again_and_then_leads_where_the_file_says(
     fail_with_reason(sim, "wheel slips")
     with pytest.raises(MissionFailed, match="wheel slips"):
         handle.wait(20.0)
-    assert [notice.text for notice in missions.since(0) if notice.kind == "step"][-1] == "light"
+    assert [notice.text for notice in missions.state.notices if notice.kind == "step"][-1] == "light"
 
 
 def test_a_queue_is_carried_out_in_its_order(missions: Missions) -> None:
@@ -131,12 +131,12 @@ def test_a_queue_is_carried_out_in_its_order(missions: Missions) -> None:
     ids = [missions.append(mission('do = "wait"; seconds = 0')).id for _ in range(3)]
     missions.reorder(ids[2], 0)
     missions.unqueue(ids[1])
-    assert [entry.id for entry in missions.queue] == [ids[2], ids[0]]
+    assert [entry.id for entry in missions.state.queue] == [ids[2], ids[0]]
     with pytest.raises(MissionError, match="append yours to the queue"):
         missions.run(mission('do = "wait"; seconds = 0'))
     first.wait(10.0)
-    missions.wait_for(lambda: not missions.queue and run_of(missions).phase.over, 10.0)
-    started = [notice.run for notice in missions.since(0) if notice.kind == "start"]
+    missions.wait_for(lambda: not missions.state.queue and run_of(missions).phase.over, 10.0)
+    started = [notice.run for notice in missions.state.notices if notice.kind == "start"]
     assert started == [first.id, ids[2], ids[0]]
 
 
@@ -223,7 +223,7 @@ def test_a_stop_by_anybody_ends_the_run_and_pauses_the_queue(
     if when != "before the task is sent":
         stop_by(who, sim, chassis, missions)
     run = reach(missions, lambda run: run.phase.over)
-    told = [(notice.kind, notice.run, notice.step, notice.text) for notice in missions.since(0)]
+    told = [(notice.kind, notice.run, notice.step, notice.text) for notice in missions.state.notices]
     assert (run.phase, run.entry.id) == (Phase.STOPPED, "1"), told
     assert missions.state.paused
     until(lambda: chassis.measured_velocity.wait(5.0).is_standing())
@@ -231,7 +231,7 @@ def test_a_stop_by_anybody_ends_the_run_and_pauses_the_queue(
     assert stands(sim, 3.0)
     with pytest.raises(MissionError, match="no question"):
         missions.answer("a")
-    assert [entry.id for entry in missions.queue] == ["2"]
+    assert [entry.id for entry in missions.state.queue] == ["2"]
 
 
 @pytest.mark.promise("a STOP while a mission is carried out")
@@ -255,7 +255,7 @@ def test_a_motion_that_others_end_is_stopped_however_it_looks(
         run = reach(missions, lambda run: run.phase.over)
     assert run.phase is Phase.STOPPED
     assert missions.state.paused
-    assert [notice.step for notice in missions.since(0) if notice.kind == "step"] == [0]
+    assert [notice.step for notice in missions.state.notices if notice.kind == "step"] == [0]
     real_time()
     assert stands(sim, 3.0)
 
@@ -337,7 +337,10 @@ def test_a_low_battery_is_charged_first(sim: SimulatedChassis, chassis: Chassis,
     chassis.wait_until_ready(20.0)
     sim.set_battery(60.0)
     assert reach(missions, lambda run: run.phase.over, 40.0).phase is Phase.DONE
-    assert [notice.text for notice in missions.since(0) if notice.kind == "step"] == ["charge", "go_to_mark"]
+    assert [notice.text for notice in missions.state.notices if notice.kind == "step"] == [
+        "charge",
+        "go_to_mark",
+    ]
 
 
 # -- what they survive
@@ -401,7 +404,7 @@ def test_two_programs_with_one_folder_carry_a_mission_out_once(
         other = Missions(other_chassis, tmp_path)
         assert run_of(other).question is not None
         added = other.append(mission('do = "wait"; seconds = 0'), by="other")
-        assert [entry.id for entry in missions.queue] == [added.id]
+        assert [entry.id for entry in missions.state.queue] == [added.id]
         with pytest.raises(MissionError, match="expected one of: a, b"):
             other.answer("c")
         other.answer("a", by="other")
@@ -533,9 +536,8 @@ def test_a_webhook_needs_a_secret(missions: Missions) -> None:
 def test_notices_have_numbers_that_grow(missions: Missions) -> None:
     """A client that asks for what is new misses nothing."""
     missions.run(mission('do = "wait"; seconds = 0')).wait(10.0)
-    found: list[Notice] = list(missions.since(0))
+    found: list[Notice] = list(missions.state.notices)
     assert [notice.number for notice in found] == list(range(1, len(found) + 1))
-    assert list(missions.since(found[0].number)) == found[1:]
 
 
 def test_missions_are_awaited(sim: SimulatedChassis, tmp_path: Path) -> None:

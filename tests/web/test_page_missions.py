@@ -132,7 +132,7 @@ def test_every_page_sees_a_run_and_can_pause_answer_and_end_it(
         page.click("#mission-stop")
         page.wait_for_selector("#mission", state="hidden")
     until(lambda: robot.chassis.lease.holder is None, what="the end of the lease")
-    run = missions.status()
+    run = missions.state.run
     assert run is not None
     assert run.phase.value == "stopped"
 

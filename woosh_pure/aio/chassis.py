@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import logging
-from collections.abc import Callable, Coroutine, Generator, Sequence
+from collections.abc import Callable, Coroutine, Generator
 from types import TracebackType
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
@@ -23,8 +23,8 @@ from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.faults import Faults
 from woosh_pure.hints import CHASSIS, SettingHints
 from woosh_pure.lease import ChassisLease
-from woosh_pure.missions import Entry, State
 from woosh_pure.missions import Missions as ThreadedMissions
+from woosh_pure.missions import State
 from woosh_pure.motion import motion as threaded
 from woosh_pure.robot_api.api import RobotApi as ThreadedApi
 from woosh_pure.stopping.report import StopReport
@@ -156,7 +156,6 @@ class Missions:
         return await self._calls.finish(lambda: self.api.stop(by=by))
 
     state = SameProperty[State](ThreadedMissions.state, "api")
-    queue = SameProperty[Sequence[Entry]](ThreadedMissions.queue, "api")
     list = awaited(ThreadedMissions.list)
     path = awaited(ThreadedMissions.path)
     load = awaited(ThreadedMissions.load)
@@ -170,9 +169,7 @@ class Missions:
     pause = awaited(ThreadedMissions.pause)
     resume = awaited(ThreadedMissions.resume)
     answer = awaited(ThreadedMissions.answer)
-    status = awaited(ThreadedMissions.status)
     find = awaited(ThreadedMissions.find)
-    since = awaited(ThreadedMissions.since)
     wait_for = awaited(ThreadedMissions.wait_for)
     add_webhook = awaited(ThreadedMissions.add_webhook)
 

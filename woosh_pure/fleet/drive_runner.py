@@ -249,7 +249,7 @@ class DrivingLease:
         if holder in (None, self._owner):
             return ""
         missions = self._chassis.missions
-        run = missions.status() if holder == missions.owner else None
+        run = missions.state.run if holder == missions.owner else None
         return "" if run is not None and run.entry.by == self._owner else str(holder)
 
     def hand_over(self) -> None:

@@ -14,7 +14,7 @@ import re
 import threading
 import time
 import uuid
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TimedOut  # not the built-in one before Python 3.11
 from contextlib import suppress
@@ -32,7 +32,7 @@ from woosh_pure.enums import TaskState
 from woosh_pure.errors import ChassisError
 from woosh_pure.missions import machine
 from woosh_pure.missions.file import MissionFiles
-from woosh_pure.missions.machine import Notice, Phase, Refused, Run, State
+from woosh_pure.missions.machine import Phase, Refused, Run, State
 from woosh_pure.missions.mission import Mission, MissionError, mission_of
 from woosh_pure.missions.steps import StepRunner
 from woosh_pure.missions.webhooks import Webhook
@@ -91,7 +91,7 @@ class MissionHandle:
 
         def over() -> bool:
             run = self.run
-            if run is None and self.id not in [entry.id for entry in self._missions.queue]:
+            if run is None and self.id not in [entry.id for entry in self._missions.state.queue]:
                 raise MissionError(say("mission {id} was removed from the queue", id=self.id))
             return run is not None and run.phase.over
 
@@ -179,11 +179,6 @@ class Missions(MissionFiles):
         id = self._ask("append", mission=found, parameters=filled, by=by, file=file, start=start)
         return MissionHandle(self, id)
 
-    @property
-    def queue(self) -> Sequence[machine.Entry]:
-        """What comes after the current run."""
-        return self.state.queue
-
     def unqueue(self, id: str, *, by: str = PROGRAM) -> None:
         """Remove an entry of the queue. Raises MissionError if it is not there."""
         self._ask("change_queue", by=by, id=id or "-")
@@ -235,10 +230,6 @@ class Missions(MissionFiles):
                 state = machine.step(state, "restarted", 0.0, time.time())
         return state
 
-    def status(self) -> Run | None:
-        """The current run, or the last one; None before the first."""
-        return self.state.run
-
     def find(self, id: str) -> Run | None:
         """A run by its id: the current one, or one of the last 50."""
         return next((run for run in self.state.runs if run.entry.id == id), None)
@@ -247,10 +238,6 @@ class Missions(MissionFiles):
     def owner(self) -> str:
         """The name by which the run under way holds the lease; "" while there is none."""
         return self._owner
-
-    def since(self, number: int) -> Sequence[Notice]:
-        """The notices after that number, of the last 500."""
-        return [notice for notice in self.state.notices if notice.number > number]
 
     def wait_for(self, accept: Callable[[], bool], timeout: float | None = 60.0) -> None:
         """Wait until `accept()` is true; it is called after each change.

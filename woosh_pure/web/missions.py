@@ -108,9 +108,10 @@ class RobotMissions:
     def note_runs(self) -> None:
         """Note the begin and the end of runs in the journal, also of those of other programs."""
         with self._noting:
-            for notice in self._chassis.missions.since(self._noted):
-                self._noted, run = notice.number, self._chassis.missions.find(notice.run)
-                if run is not None and notice.kind in ("start", "interrupted", "end"):
+            for notice in self._chassis.missions.state.notices:
+                new, self._noted = notice.number > self._noted, max(notice.number, self._noted)
+                run = self._chassis.missions.find(notice.run)
+                if new and run is not None and notice.kind in ("start", "interrupted", "end"):
                     state = notice.values.get("phase") or notice.kind.replace("start", "begun")
                     what = command("mission", mission=notice.mission)
                     self._journal.note(run.entry.by, what, state, notice.text, notice.at)

@@ -107,10 +107,10 @@ def follow_mission(handle: MissionHandle, missions: Missions, seen: int, out: Ou
     def over() -> bool:
         nonlocal seen
         run = handle.run  # before its notices, so that none is missed
-        for notice in missions.since(seen):
-            seen = notice.number
-            if notice.run == handle.id:
+        for notice in missions.state.notices:
+            if notice.number > seen and notice.run == handle.id:
                 _say(notice, out)
+            seen = max(seen, notice.number)
         return run is not None and run.phase.over
 
     missions.wait_for(over, None)
