@@ -144,7 +144,7 @@ def cancel_others(run: StopRun) -> None:
     registrations.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
-    waiting[STOPPED] = _begin(partial(_tell_others, run), deadline)
+    told = _begin(partial(_tell_others, run), deadline)
     report.looked = True
     for row in actions():
         # Servers that every chassis has, and those of the others that are registered.
@@ -157,6 +157,7 @@ def cancel_others(run: StopRun) -> None:
         worker.join(_left(deadline) + 0.5)
         if not worker.over:
             report.problems.append(say("cancelling {goal} (no answer yet)", goal=name))
+    told.join(_left(deadline))
     if cancelled:
         report.cancelled.append(say("all goals of {server}", server=", ".join(sorted(cancelled))))
 

@@ -11,6 +11,7 @@ from rosproto.sentence import sentence_of, shown
 from rosproto.text import printable
 from woosh_pure.chassis import Chassis
 from woosh_pure.missions import Run, StoredMission
+from woosh_pure.missions.machine import MAX_HISTORY
 from woosh_pure.state_file import StoreInUse
 from woosh_pure.web.goals import Journal, command
 from woosh_pure.web.http_errors import Problem
@@ -91,19 +92,20 @@ class RobotMissions:
         except StoreInUse as error:
             problem = sentence_of(error)
         self.note_runs()
+        runs = self._parts(MAX_ENDED)
+        return {"paused": self._chassis.missions.state.paused, "problem": said_part(problem), "runs": runs}
+
+    def _parts(self, ended: int) -> list[dict[str, Any]]:
         state = self._chassis.missions.state
-        runs = [run_part(run) for run in (*state.history[-MAX_ENDED:], state.run) if run is not None]
         queue = [run_part(Run(entry), queued=True) for entry in state.queue]
-        return {"paused": state.paused, "problem": said_part(problem), "runs": runs + queue}
+        return [run_part(run) for run in state.runs[-ended - 1 :]] + queue
 
     def run(self, number: str) -> dict[str, Any]:
         """One run, or a mission in the queue. Raises Problem without one, or if it is not kept any more."""
-        if (run := self._chassis.missions.find(number)) is not None:
-            return run_part(run)
-        for entry in self._chassis.missions.state.queue:
-            if entry.id == number:
-                return run_part(Run(entry), queued=True)
-        raise Problem(404, "run {number!r} was not found; the last 50 are kept", number=number[:20])
+        found = next((part for part in self._parts(MAX_HISTORY) if part["id"] == number), None)
+        if found is None:
+            raise Problem(404, "run {number!r} was not found; the last 50 are kept", number=number[:20])
+        return found
 
     def note_runs(self) -> None:
         """Note the begin and the end of runs in the journal, also of those of other programs."""

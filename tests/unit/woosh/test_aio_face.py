@@ -44,6 +44,8 @@ LEFT_OUT = {
     "RobotApi.close": "closing the Chassis does it",
     "Missions.close": "closing the Chassis does it",
     "Missions.files": "of the files, which are read by name",
+    "Missions.open": "the first request does it",
+    "Missions.owner": "of use inside only",
 }
 OTHER_ARGUMENTS = {
     "wait": {"meanwhile"},  # other tasks run meanwhile; `progress()` shows how far it is
