@@ -138,13 +138,13 @@ class StopRun:
 def cancel_others(run: StopRun) -> None:
     """Cancel the robot's task, and every goal of the action servers that move it, whoever sent it."""
     report, registrations, deadline = run.report, run.registrations, run.deadline
+    told = _begin(partial(_tell_others, run), deadline)
     # The task is cancelled first: it would end as failed if its navigation was cancelled before. The wait is
     # short, because the navigation is cancelled in any case.
     task = _begin(partial(_cancel_task, run), deadline)
     registrations.wait(_TASK_FIRST)
     task.join(_TASK_FIRST)
     waiting, cancelled = {"the task": task}, list[str]()
-    told = _begin(partial(_tell_others, run), deadline)
     report.looked = True
     for row in actions():
         # Servers that every chassis has, and those of the others that are registered.
