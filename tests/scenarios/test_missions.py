@@ -235,21 +235,25 @@ def test_a_stop_by_anybody_ends_the_run_and_pauses_the_queue(
 
 
 @pytest.mark.promise("a STOP while a mission is carried out")
-@pytest.mark.parametrize("how", ["its task is cancelled", "another goal", "the task fails without a reason"])
+@pytest.mark.parametrize(
+    "how", ["its task is cancelled", "its task is paused", "another goal", "the task fails without a reason"]
+)
 def test_a_motion_that_others_end_is_stopped_however_it_looks(
     sim: SimulatedChassis, missions: Missions, real_time: Callable[[], None], how: str
 ) -> None:
     """The robot calls some of these a failure; without a reason of its own no retry and no other step follows."""
-    missions.run(mission(RETRY, GO_B1, head=GO + "; " + ON_ABORT))
+    step = RETRY + ("; timeout = 2" if how == "its task is paused" else "")
+    missions.run(mission(step, GO_B1, head=GO + "; " + ON_ABORT))
     start = sim.pose
     until(lambda: sim.pose.distance_to(start) > 0.05)
     with Chassis(sim.master_uri) as other:
         if how == "another goal":
             other.move(0.05, check=False).wait(10.0, raises=False)
-        elif how == "its task is cancelled":
+        elif how.startswith("its task is"):
+            command = TaskCommand.PAUSE if how.endswith("paused") else TaskCommand.CANCEL
             service = service_class("woosh_msgs/ExecTask")
             with other.node.service_client("/exec_task", service) as client:
-                assert client.call(service.Request(task_exect=int(TaskCommand.CANCEL))).success
+                assert client.call(service.Request(task_exect=int(command))).success
         else:
             sim.fail_task("replaced by another command")
         run = reach(missions, lambda run: run.phase.over)

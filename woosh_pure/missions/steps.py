@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +20,7 @@ from rosproto.logs import get_logger
 from rosproto.sentence import say
 from woosh_pure import interface
 from woosh_pure.connection.call_scope import CallScope
-from woosh_pure.enums import Direction
+from woosh_pure.enums import Direction, TaskState
 from woosh_pure.errors import MotionRefused
 from woosh_pure.faults import StatusCode
 from woosh_pure.maps.marks import own_marks
@@ -146,7 +147,9 @@ class StepRunner:
                     break
                 left -= 0.0 if paused else _SLICE
                 if left <= 0.0:
-                    return handle.wait(0.0, raises=False)  # which cancels it
+                    paused_by_others = getattr(handle, "state", None) is TaskState.PAUSED
+                    outcome = handle.wait(0.0, raises=False)  # which cancels it
+                    return replace(outcome, kind=OutcomeKind.CANCELLED) if paused_by_others else outcome
             if handle.done:
                 return handle.wait(1.0, raises=False)
             outcome = handle.cancel()
