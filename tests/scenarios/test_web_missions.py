@@ -103,7 +103,7 @@ def test_a_faulty_mission_is_refused_with_its_place(web: Served, folder: Path) -
     refused = web.ask("PUT", "missions/round", {"mission": mission(TURN, {"do": "go_to_mark"})})
     assert refused.status == 422
     assert "mark" in refused.problem
-    assert refused.json["path"] == ["step", 1]
+    assert refused.json["path"] == ["step", 1, "mark"]
     text = 'mission = 1\nname = "Round"\n\n[[step]]\ndo = "rotate"\ndegrees = "far"\n'
     fault = web.ask("PUT", "missions/round?check=true", {"text": text}).json
     assert (fault["line"], fault["column"], fault["path"]) == (6, 1, ["step", 0, "degrees"])
