@@ -192,7 +192,7 @@ class Fake:
 
         @app.get("/api/v1/missions")
         def missions() -> dict[str, Any]:
-            kinds = {name: plain(kind.keys) for name, kind in KINDS.items()}
+            kinds = {name: plain(keys) for name, keys in KINDS.items()}
             return {"missions": self.missions, "kinds": kinds, "common": plain(STEP_KEYS)}
 
         @app.get("/api/v1/status")

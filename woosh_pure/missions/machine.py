@@ -18,7 +18,7 @@ from enum import Enum
 from typing import Any
 
 from rosproto.sentence import say
-from woosh_pure.missions.mission import Mission, MissionError, Step, Value, mission_of
+from woosh_pure.missions.mission import MOVING, Mission, MissionError, Step, Value, mission_of
 
 MAX_QUEUE, MAX_HISTORY, MAX_NOTICES, MAX_ENDED = 50, 50, 500, 200
 _MAX_TURNS = 250
@@ -238,7 +238,7 @@ class State:
         """Whether the current step waits for `ready`."""
         run = self.active
         waits = run is not None and run.phase is Phase.WAITING and not run.paused and not self.disk
-        return waits and run is not None and run.step is not None and run.step.kind.moves
+        return waits and run is not None and run.step is not None and run.step.do in MOVING
 
     def to_json(self) -> dict[str, Any]:
         """As it is kept on disk; `state_of` is the way back."""
@@ -347,7 +347,7 @@ class _Change:
             elif current.do == "go_on":
                 self.go(current.value("with"))
             else:
-                if not current.kind.moves:
+                if current.do not in MOVING:
                     self.begin()
                 return
         if self.state.active:
@@ -541,7 +541,7 @@ class _Change:
                 self.note("waiting", reason)
             return
         # Only before a step that finds its way from the charger: a relative one would begin elsewhere.
-        finds = not {"mark", "x"}.isdisjoint(run.step.kind.keys)
+        finds = not {"mark", "x"}.isdisjoint(run.step.keys)
         low = run.entry.mission.guard("battery_below")
         if finds and battery is not None and battery < low and not run.failure:
             self.set(charging=True)

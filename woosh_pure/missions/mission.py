@@ -1,7 +1,7 @@
 """`Mission`: a named list of steps, and `mission_of`, which checks the values of a file or a page. Pure.
 
-`KINDS` has a row for each kind of step: its keys, and whether it moves the robot. The editor of the page, the
-documentation's table and the check read it.
+`KINDS` has a row of keys for each kind of step. The check, the editor of the page and the documentation's
+table read it.
 """
 
 from __future__ import annotations
@@ -106,62 +106,45 @@ class Key:
         raise _wrong(path, value, expected, self.names)
 
 
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """One kind of step.
-
-    Attributes:
-        keys: Its own keys; every step has those of `STEP_KEYS`, too.
-        moves: Whether it moves the robot or its lift.
-        flow: Whether it only decides which step comes next.
-    """
-
-    keys: Mapping[str, Key]
-    moves: bool = False
-    flow: bool = False
-
-
 _MARK, _TEXT = Key("mark"), Key("text")
-_INPUT, _MODULE = Key("whole", low=0, high=255), Key("whole", 1, 0, 255)  # 1: keys of the chassis
-_PERCENT = Key("number", low=1, high=100)
-KINDS: Mapping[str, Kind] = {
-    "go_to_mark": Kind({"mark": _MARK}, moves=True),
-    "go_to": Kind(
-        {"x": Key("number"), "y": Key("number"), "degrees": Key("number", 0.0, -360, 360)}, moves=True
-    ),
-    "park": Kind({"mark": _MARK}, moves=True),
-    "load": Kind({"mark": _MARK}, moves=True),
-    "unload": Kind({"mark": _MARK}, moves=True),
-    "charge": Kind({"mark": _MARK, "until_percent": Key("number", 0.0, 0, 100)}, moves=True),
-    "move": Kind({"metres": Key("number", low=-10, high=10), "speed": Key("number", 0.0, 0, 2)}, moves=True),
-    "rotate": Kind({"degrees": Key("number", low=-3600, high=3600)}, moves=True),
-    "dock": Kind({"tag": _TEXT}, moves=True),
-    "lift": Kind({"to": Key("text", names=("up", "down"))}, moves=True),
-    "wait": Kind({"seconds": Key("number", low=0, high=86400)}),
-    "wait_for_input": Kind({"input": _INPUT, "module": _MODULE, "is": Key("bool", True)}),
-    "wait_for_battery": Kind({"percent": _PERCENT}),
-    "light": Kind({"state": _TEXT, "color": Key("text", "")}),
-    "say": Kind({"text": _TEXT}),
-    "picture": Kind({"file": Key("text", "")}),
-    "call": Kind({"service": _TEXT, "type": Key("text", ""), "request": Key("table", {})}),
-    "ask": Kind({"text": _TEXT, "answers": Key("table"), "default": Key("text", "")}),
-    "repeat": Kind({"from": Key("target"), "times": Key("whole", 0, 0, 1_000_000)}, flow=True),
-    "if": Kind(
-        {
-            "value": Key("text", names=("battery", "input", "mark", "answer")),
-            "input": Key("whole", 0, 0, 255),
-            "module": _MODULE,
-            "below": Key("number", math.inf),
-            "above": Key("number", -math.inf),
-            "is": Key("text", ""),
-            "then": Key("target", "next"),
-            "else": Key("target", "next"),
-        },
-        flow=True,
-    ),
-    "go_on": Kind({"with": Key("target")}, flow=True),
+_MODULE = Key("whole", 1, 0, 255)  # 1: keys of the chassis
+KINDS: Mapping[str, Mapping[str, Key]] = {
+    "go_to_mark": {"mark": _MARK},
+    "go_to": {"x": Key("number"), "y": Key("number"), "degrees": Key("number", 0.0, -360, 360)},
+    "park": {"mark": _MARK},
+    "load": {"mark": _MARK},
+    "unload": {"mark": _MARK},
+    "charge": {"mark": _MARK, "until_percent": Key("number", 0.0, 0, 100)},
+    "move": {"metres": Key("number", low=-10, high=10), "speed": Key("number", 0.0, 0, 2)},
+    "rotate": {"degrees": Key("number", low=-3600, high=3600)},
+    "dock": {"tag": _TEXT},
+    "lift": {"to": Key("text", names=("up", "down"))},
+    "wait": {"seconds": Key("number", low=0, high=86400)},
+    "wait_for_input": {"input": Key("whole", low=0, high=255), "module": _MODULE, "is": Key("bool", True)},
+    "wait_for_battery": {"percent": Key("number", low=1, high=100)},
+    "light": {"state": _TEXT, "color": Key("text", "")},
+    "say": {"text": _TEXT},
+    "picture": {"file": Key("text", "")},
+    "call": {"service": _TEXT, "type": Key("text", ""), "request": Key("table", {})},
+    "ask": {"text": _TEXT, "answers": Key("table"), "default": Key("text", "")},
+    "repeat": {"from": Key("target"), "times": Key("whole", 0, 0, 1_000_000)},
+    "if": {
+        "value": Key("text", names=("battery", "input", "mark", "answer")),
+        "input": Key("whole", 0, 0, 255),
+        "module": _MODULE,
+        "below": Key("number", math.inf),
+        "above": Key("number", -math.inf),
+        "is": Key("text", ""),
+        "then": Key("target", "next"),
+        "else": Key("target", "next"),
+    },
+    "go_on": {"with": Key("target")},
 }
-"""Every kind of step: m, degrees, seconds, percent. 0 of `times` repeats until the mission is stopped."""
+"""The keys of every kind of step: m, degrees, seconds, percent. 0 of `times` repeats until it is stopped."""
+MOVING = frozenset("go_to_mark go_to park load unload charge move rotate dock lift".split())
+"""Steps that move the robot or its lift."""
+LEADING = frozenset(("ask", "repeat", "if", "go_on"))
+"""Steps that lead elsewhere."""
 STEP_KEYS: Mapping[str, Key] = {
     "name": Key("text", ""),
     "timeout": Key("number", 0.0, 0, 86400),
@@ -210,13 +193,13 @@ class Step:
     on_failure: str = "stop"
 
     @property
-    def kind(self) -> Kind:
-        """The row of its kind."""
+    def keys(self) -> Mapping[str, Key]:
+        """Those of its kind."""
         return KINDS[self.do]
 
     def value(self, key: str, parameters: Mapping[str, Value] | None = None) -> Any:
         """One of its keys, its default if it is not given, with parameters filled in."""
-        one = self.kind.keys[key]
+        one = self.keys[key]
         given = self.values.get(key, one.default)
         if parameters is not None and not one.names and isinstance(given, str) and given.startswith("$"):
             return parameters[given[1:]]
@@ -325,7 +308,7 @@ def _steps(data: Mapping[str, Any], table: str) -> tuple[Step, ...]:
 def _step(path: Path, given: Mapping[str, Any]) -> Step:
     do = given.get("do")
     Key("text", names=tuple(KINDS)).require((*path, "do"), do)
-    keys, common = KINDS[str(do)].keys, {key: given[key] for key in STEP_KEYS if key in given}
+    keys, common = KINDS[str(do)], {key: given[key] for key in STEP_KEYS if key in given}
     _check(path, given, {"do": _TEXT, **keys, **STEP_KEYS}, values=False)
     _check(path, common, STEP_KEYS)
     return Step(str(do), {key: given[key] for key in given if key in keys}, **common)
@@ -337,18 +320,18 @@ def _check_steps(mission: Mission, parameters: Mapping[str, Value]) -> None:
     for table, steps in (("step", mission.steps), ("on_abort", mission.on_abort)):
         for place, step in enumerate(steps):
             path: Path = (table, place)
-            if table == "on_abort" and (step.kind.flow or step.do == "ask"):
+            if table == "on_abort" and step.do in LEADING:
                 raise _wrong((*path, "do"), step.do, say("a step that asks nothing and leads nowhere else"))
             for key, given in step.values.items():
                 if isinstance(given, str) and given.startswith("$") and given[1:] not in parameters:
                     raise _unknown((*path, key), list(parameters), given[1:])
-                step.kind.keys[key].require((*path, key), step.value(key, parameters))
+                step.keys[key].require((*path, key), step.value(key, parameters))
             _check_step(path, step, targets)
 
 
 def _check_step(path: Path, step: Step, targets: tuple[str, ...]) -> None:
     leads: list[tuple[str, object]] = [("on_failure", step.on_failure)]
-    leads += [(key, step.value(key)) for key, one in step.kind.keys.items() if one.type == "target"]
+    leads += [(key, step.value(key)) for key, one in step.keys.items() if one.type == "target"]
     if step.do == "ask":
         answers = step.value("answers")
         if not 2 <= len(answers) <= 5:

@@ -25,6 +25,7 @@ from woosh_pure.errors import MotionRefused
 from woosh_pure.faults import StatusCode
 from woosh_pure.maps.marks import own_marks
 from woosh_pure.missions.machine import Result, Run
+from woosh_pure.missions.mission import MOVING
 from woosh_pure.motion.motion import GoalHandle
 from woosh_pure.outcome import Outcome, OutcomeKind, end_is_known
 from woosh_pure.values.messages import message_type
@@ -71,7 +72,7 @@ class StepRunner:
         self.chassis, self.folder, self._report = chassis, folder, report
         assert run.step is not None
         self.token, self._step, self.value = run.token, run.step, run.value
-        self.limit = run.step.timeout or (_MOTION_SECONDS if run.step.kind.moves else _OTHER_SECONDS)
+        self.limit = run.step.timeout or (_MOTION_SECONDS if run.step.do in MOVING else _OTHER_SECONDS)
         self._cancelled, self._held = threading.Event(), False
         self._told, self._ending = -math.inf, ExitStack()
         self.ended = threading.Event()
@@ -102,7 +103,7 @@ class StepRunner:
             by_person = refusal.readiness is not None and refusal.readiness.blocked
             result, text = Result.STOPPED if by_person else Result.FAILED, str(refusal)
         except (ConnectionLost, RosTimeout, ServiceError) as error:  # they are OSErrors, too
-            result, text = Result.UNKNOWN if self._step.kind.moves else Result.FAILED, str(error)
+            result, text = Result.UNKNOWN if self._step.do in MOVING else Result.FAILED, str(error)
         except (RosError, ValueError, KeyError, ImportError, OSError) as error:
             text = str(error)
         except Exception as error:

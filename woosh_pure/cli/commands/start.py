@@ -109,23 +109,13 @@ def run_demo(args: Namespace, out: Output) -> int:
     return 0 if good else 1
 
 
-_DEMO_STEPS = [
-    {"do": "move", "metres": 0.5},
-    {
-        "do": "ask",
-        "text": "Go on to the mark?",
-        "answers": {"yes": "next", "no": "end"},
-        "timeout": 2,
-        "default": "yes",
-    },
-]
-
-
 def _demo_mission(args: Namespace, out: Output) -> None:
     from woosh_pure.cli.commands.mission import follow_mission
     from woosh_pure.missions import mission_of
 
-    steps = [*_DEMO_STEPS, {"do": "go_to_mark", "mark": args.mark}]
+    answers = {"yes": "next", "no": "end"}
+    ask = {"do": "ask", "text": "Go on to the mark?", "answers": answers, "timeout": 2, "default": "yes"}
+    steps = [{"do": "move", "metres": 0.5}, ask, {"do": "go_to_mark", "mark": args.mark}]
     with connect(args, out, sim_speed=_DEMO_SPEED) as chassis:
         demo = mission_of({"mission": 1, "name": "demo", "step": steps})
         follow_mission(chassis.missions.run(demo, by="woosh demo"), chassis.missions, 0, out)

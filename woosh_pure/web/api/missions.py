@@ -41,7 +41,7 @@ _saving = threading.Lock()  # from the look at a file's version until it is writ
 def list_missions(request: Request) -> dict[str, Any]:
     """The missions of the server's folder, and the keys of each kind of step, and those of every step."""
     files = [file_part(name, one) for name, one in robot_of(request).missions.files().items()]
-    kinds = {name: plain(kind.keys) for name, kind in KINDS.items()}
+    kinds = {name: plain(keys) for name, keys in KINDS.items()}
     return worded({"missions": files, "kinds": kinds, "common": plain(STEP_KEYS)}, request.headers)
 
 

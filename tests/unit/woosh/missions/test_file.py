@@ -168,7 +168,7 @@ def test_the_page_has_every_kind_and_key(page: str) -> None:
     ]
     told = {name: re.findall(r"`(\w+)`", row[1]) for row in rows for name in re.findall(r"`(\w+)`", row[0])}
     assert {name: sorted(told.get(name, [])) for name in KINDS} == {
-        name: sorted(kind.keys) for name, kind in KINDS.items()
+        name: sorted(keys) for name, keys in KINDS.items()
     }
     keys = {
         key
