@@ -17,6 +17,7 @@ pytest.importorskip("uvicorn", reason="needs the extra `web`")
 pytest.importorskip("websockets", reason="needs the extra `web`")
 
 from rosproto.admission import TokenBucket
+from tests.support.doors import held, in_thread
 from tests.support.waiting import until
 from tests.support.web import PageClient, Served, serving
 from woosh_pure import Chassis, SimulatedChassis
@@ -270,6 +271,30 @@ def test_the_stop_of_the_robot_ends_the_run(web: Served, chassis: Chassis) -> No
     assert reaches(web, run, "stopped")["step"] == 0
     assert web.get("mission-runs").json["paused"]
     until(lambda: ("mission Round", "stopped") in journal(web), what="its end in the journal")
+
+
+@pytest.mark.promise("a STOP while a mission is carried out")
+@pytest.mark.parametrize("verb", ["run", "resume"])
+def test_a_request_that_waits_for_a_thread_lets_nothing_begin_after_a_stop(
+    web: Served, chassis: Chassis, sim: SimulatedChassis, monkeypatch: pytest.MonkeyPatch, verb: str
+) -> None:
+    """It has arrived before the stop, and is carried out after it: it is refused, and nothing moves."""
+    save(web, TURN)
+    if verb == "resume":
+        web.post("mission-queue/pause")
+        chassis.missions.append(chassis.missions.load("round"))
+    answers: list[Any] = []
+    where, body = ("mission-runs", {"file": "round"}) if verb == "run" else ("mission-queue/resume", None)
+    with held(monkeypatch, Missions, verb) as (came, go_on):
+        thread, _ = in_thread(lambda: answers.append(web.post(where, body)))
+        assert came.wait(10.0)
+        assert web.post("stop").json["stands_still"] is True
+        go_on.set()
+        thread.join(10.0)
+    assert answers[0].status == 409, answers
+    assert "stopped the robot" in answers[0].problem
+    assert chassis.missions.state.run is None
+    assert sim.world.motion is None
 
 
 def test_progress_comes_as_events(web: Served) -> None:

@@ -29,6 +29,9 @@ from woosh_pure.web.snapshot import plain
 _logger = get_logger("woosh_pure.web")
 router = APIRouter(tags=["missions"], responses=PROBLEMS)
 _CHANGES = problems(409)
+_ARRIVAL = [
+    Depends(dependencies.note_arrival)
+]  # within the call, a stop since then refuses what lets it go on
 _FILE = Path(max_length=100, description="name of a file of the folder, without .mission.toml")
 _ETAG = Header(alias="If-Match", max_length=200, description="its ETag; without it, only a new file is saved")
 _CHECK = Query(False, description="only check it: nothing is saved")
@@ -115,7 +118,7 @@ def stream_runs(request: Request) -> Response:
     status_code=201,
     response_model=models.MissionRun,
     responses={**CREATED, **problems(404, 409), **KEY_USED},
-    dependencies=[Depends(dependencies.note_arrival)],
+    dependencies=_ARRIVAL,
 )
 def create_run(
     body: models.MissionStart, request: Request, response: Response, key: Key = None
@@ -135,9 +138,8 @@ def _begin(robot: Robot, client: Client, body: models.MissionStart, request: Req
     if not (missions.state.active or missions.state.queue):
         robot.require_lease(client)
         begin = missions.run
-    if request.state.call.overtaken:
-        raise Problem(409, "a stop came before the mission began; nothing was sent", "motion-refused")
-    return robot.missions.run(begin(stored.mission, body.parameters, by=client.name).id)
+    with request.state.call:
+        return robot.missions.run(begin(stored.mission, body.parameters, by=client.name).id)
 
 
 @router.get("/mission-runs/{run}", response_model=models.MissionRun)
@@ -161,18 +163,23 @@ def move_run(run: str, body: models.MissionPlace, request: Request) -> dict[str,
     return list_runs(request)
 
 
-@router.post("/mission-runs/{run}/answer", response_model=models.MissionRun, responses=_CHANGES)
+@router.post(
+    "/mission-runs/{run}/answer", response_model=models.MissionRun, responses=_CHANGES, dependencies=_ARRIVAL
+)
 def answer_run(run: str, body: models.MissionAnswer, request: Request) -> dict[str, Any]:
     """Answer the question of a run; with `step`, only that of this step."""
     robot, client = check_command(request, lease=False, connected=False)
     if body.step not in (None, robot.missions.run(run)["step"]):
         raise Problem(409, "this question was answered already; another step is under way", "answered")
-    robot.chassis.missions.answer(body.answer, by=client.name, run=run)
+    with request.state.call:
+        robot.chassis.missions.answer(body.answer, by=client.name, run=run)
     robot.journal.note(client.name, command("answer_mission", answer=body.answer))
     return get_run(run, request)
 
 
-@router.post("/mission-queue/{verb}", response_model=models.MissionRuns, responses=_CHANGES)
+@router.post(
+    "/mission-queue/{verb}", response_model=models.MissionRuns, responses=_CHANGES, dependencies=_ARRIVAL
+)
 def control_queue(verb: Literal["pause", "resume", "stop", "clear"], request: Request) -> dict[str, Any]:
     """Pause, resume or stop the run under way and the queue, or clear the queue. `stop` ends the run, stops
     the robot and pauses the queue; it is not refused. `resume` also lets an interrupted run go on.
@@ -183,6 +190,7 @@ def control_queue(verb: Literal["pause", "resume", "stop", "clear"], request: Re
         if verb == "resume" and robot.chassis.lease.holder != robot.chassis.missions.owner:
             robot.require_lease(client)
             robot.chassis.lease.release(client.name)  # for the mission
-    getattr(robot.chassis.missions, verb)(by=who)
+    with request.state.call:
+        getattr(robot.chassis.missions, verb)(by=who)
     robot.journal.note(who, command(f"{verb}_missions"))
     return list_runs(request)
