@@ -29,9 +29,8 @@ from woosh_pure.web.snapshot import plain
 _logger = get_logger("woosh_pure.web")
 router = APIRouter(tags=["missions"], responses=PROBLEMS)
 _CHANGES = problems(409)
-_ARRIVAL = [
-    Depends(dependencies.note_arrival)
-]  # within the call, a stop since then refuses what lets it go on
+# Within the call that it notes, a stop since the request has arrived refuses what would let a mission go on.
+_ARRIVAL = [Depends(dependencies.note_arrival)]
 _FILE = Path(max_length=100, description="name of a file of the folder, without .mission.toml")
 _ETAG = Header(alias="If-Match", max_length=200, description="its ETag; without it, only a new file is saved")
 _CHECK = Query(False, description="only check it: nothing is saved")
