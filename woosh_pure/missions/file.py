@@ -58,18 +58,14 @@ class StoredMission:
 
 
 class MissionFiles:
-    """The folder of the mission files."""
+    """The folder of the mission files.
 
-    _files: Path | None = None
+    Attributes:
+        files: The folder, the user's; another one may be set.
+    """
 
-    @property
-    def files(self) -> Path:
-        """The folder: the user's, or another one that was set."""
-        return self._files or directory() / "missions"
-
-    @files.setter
-    def files(self, folder: Path) -> None:
-        self._files = folder
+    def __init__(self) -> None:
+        self.files = directory() / "missions"
 
     def list(self) -> Sequence[StoredMission]:
         """The files of the folder of missions, sorted by name."""

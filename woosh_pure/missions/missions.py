@@ -131,6 +131,7 @@ class Missions(MissionFiles):
     def __init__(
         self, chassis: Chassis, folder: str | os.PathLike[str] | None = None, *, carries: bool = True
     ) -> None:
+        super().__init__()
         self._chassis, self.carries = chassis, carries
         self.folder = default_folder("missions") if folder is None else Path(folder)
         robot = re.sub(r"^https?://|/$", "", chassis.master_uri)

@@ -43,7 +43,6 @@ LEFT_OUT = {
     "Drive.finish": "leaving the block does it",
     "RobotApi.close": "closing the Chassis does it",
     "Missions.close": "closing the Chassis does it",
-    "Missions.files": "of the files, which are read by name",
     "Missions.open": "the first request does it",
     "Missions.owner": "of use inside only",
 }
