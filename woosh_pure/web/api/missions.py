@@ -10,10 +10,10 @@ import threading
 from functools import partial
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Path, Request, Response
 
 from rosproto.logs import get_logger
-from woosh_pure.missions import KINDS, STEP_KEYS, StoredMission, mission_of, parse
+from woosh_pure.missions import KINDS, STEP_KEYS, mission_of, parse
 from woosh_pure.web import models
 from woosh_pure.web.access import Client
 from woosh_pure.web.api import dependencies
@@ -33,7 +33,6 @@ _CHANGES = problems(409)
 _ARRIVAL = [Depends(dependencies.note_arrival)]
 _FILE = Path(max_length=100, description="name of a file of the folder, without .mission.toml")
 _ETAG = Header(alias="If-Match", max_length=200, description="its ETag; without it, only a new file is saved")
-_CHECK = Query(False, description="only check it: nothing is saved")
 _saving = threading.Lock()  # from the look at a file's version until it is written
 
 # -- files: GET, PUT and DELETE ------------------------------------------------------------------------------
@@ -63,16 +62,13 @@ def save_mission(
     response: Response,
     file: str = _FILE,
     version: Annotated[str | None, _ETAG] = None,
-    check: bool = _CHECK,
 ) -> dict[str, Any]:
     """Save a mission, as its values or the text of its file. A faulty one is refused with line, column and
     path of its fault. A run goes on with the steps it began with.
     """
     robot, client = check_command(request, lease=False, connected=False)
     missions, given = robot.chassis.missions, (body.mission or {}) if body.text is None else body.text
-    mission = mission_of(given) if isinstance(given, dict) else parse(given, file)
-    if check:
-        return file_part(file, StoredMission(file, mission))
+    mission_of(given) if isinstance(given, dict) else parse(given, file)  # its faults come first
     with _saving:
         old = robot.missions.files().get(file)
         if (version and version.strip('" ')) != (old and file_part(file, old)["version"]):
