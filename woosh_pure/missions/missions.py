@@ -51,7 +51,7 @@ Named = str | Path | Mission
 Given = Mapping[str, object] | None
 _LOOK, _DISK_SECONDS, _ASK_SECONDS = 0.1, 1.0, 10.0
 _LEASE_SECONDS = 60.0
-_Asked = tuple[str, Mapping[str, Any], "Future[str] | None", CallScope]
+_Asked = tuple[str, Mapping[str, Any], Future[str], CallScope]
 
 
 class MissionFailed(ChassisError):
@@ -203,7 +203,7 @@ class Missions(MissionFiles):
     def stop(self, *, by: str = PROGRAM) -> StopReport:
         """Stop the robot, end the run as stopped, and pause the queue."""
         if opened := self._thread is not None:
-            self._report("stop", by=by)
+            self._put("stop", by=by)
         report = self._chassis.stop(everything=True)
         if not opened:
             self._ask("stop", by=by)
@@ -262,7 +262,7 @@ class Missions(MissionFiles):
             MissionError: Another program carries the missions out.
         """
         self.open()
-        self._webhook = Webhook(url, secret, lambda: self.state, partial(self._report, "delivered"))
+        self._webhook = Webhook(url, secret, lambda: self.state, partial(self._put, "delivered"))
 
     def close(self) -> None:
         """Cancel what runs: the run is interrupted, and can be resumed. Idempotent, bounded."""
@@ -275,7 +275,7 @@ class Missions(MissionFiles):
         self._inbox.put(None)
         self._thread.join(_ASK_SECONDS)
         if self._step is not None:
-            self._step.cancel()
+            self._step.want(None)
             self._step.ended.wait(_ASK_SECONDS)
         self._chassis.lease.release(self._owner)
         self._store.unlock()
@@ -288,13 +288,17 @@ class Missions(MissionFiles):
             self.open()
         except StoreInUse:
             return self._ask_other(event, values)
-        done: Future[str] = Future()
-        self._inbox.put((event, values, done, self._chassis.request()))
         try:
-            return done.result(_ASK_SECONDS)
+            return self._put(event, **values).result(_ASK_SECONDS)
         except TimedOut as late:
             why = say("the missions do not answer")
             raise RosTimeout(why, what="missions", seconds=_ASK_SECONDS) from late
+
+    def _put(self, event: str, **values: Any) -> Future[str]:
+        """Have the thread apply an event; what it returns need not be waited for."""
+        done: Future[str] = Future()
+        self._inbox.put((event, values, done, self._chassis.request()))
+        return done
 
     def open(self) -> None:
         """Carry the missions out in this program, as with the first request. Nothing moves by it.
@@ -340,7 +344,9 @@ class Missions(MissionFiles):
                 values = json.loads(read_text(path))
                 if "mission" in values:
                     values["mission"] = mission_of(values["mission"])
-                answer = {"id": self._carry_out(values.pop("event"), values, stopped)}
+                if (event := values.pop("event")) not in machine.REQUESTS:
+                    raise ValueError(event)
+                answer = {"id": self._carry_out(event, values, stopped)}
             except (ValueError, KeyError, TypeError, OSError) as error:
                 answer = {"error": str(error)}
             path.unlink(missing_ok=True)
@@ -366,29 +372,18 @@ class Missions(MissionFiles):
                     if stopped and self._state.active:
                         self._apply("stop", by=say("a stop of the robot"))
                     if asked is not None:
-                        self._answer(*asked)
+                        event, values, done, request = asked
+                        try:
+                            done.set_result(self._carry_out(event, values, request.overtaken))
+                        except Refused as refusal:
+                            done.set_exception(refusal)
                     self._take_requests(stopped)
                     self._on_time(time.monotonic())
             except Exception:
                 _log.exception("! an internal error of the missions; they go on")
 
-    def _answer(
-        self, event: str, values: Mapping[str, Any], done: Future[str] | None, request: CallScope
-    ) -> None:
-        if done is None:
-            self._apply(event, **values)
-            return
-        try:
-            done.set_result(self._carry_out(event, values, request.overtaken))
-        except Refused as refusal:
-            done.set_exception(refusal)
-
     def _carry_out(self, event: str, values: Mapping[str, Any], stopped: bool) -> str:
-        """Apply what somebody asks for, unless the robot was stopped since: that must not let it go on."""
-        if event not in machine.REQUESTS:
-            raise ValueError(
-                say("{name} is not known; expected one of: {known}", name=event, known=machine.REQUESTS)
-            )
+        """Apply an event, unless the robot was stopped since somebody asked for it: it must not go on."""
         if stopped and event in ("append", "resume", "answer"):
             raise Refused(say("somebody stopped the robot meanwhile; look, and ask again"))
         new = str(self._state.next_id)
@@ -418,10 +413,7 @@ class Missions(MissionFiles):
             self._changed.notify_all()
         if run is not None and (self._step is None or self._step.token != run.token):
             pictures = self.folder / "pictures"
-            self._step = StepRunner(self._chassis, run, self._chassis.request(), self._report, pictures)
-
-    def _report(self, event: str, **values: Any) -> None:
-        self._inbox.put((event, values, None, self._chassis.request()))
+            self._step = StepRunner(self._chassis, run, self._chassis.request(), self._put, pictures)
 
     def _on_time(self, now: float) -> None:
         if self._state.disk and now >= self._due["disk"]:

@@ -79,14 +79,10 @@ class StepRunner:
         name = f"woosh:mission {run.token}"
         threading.Thread(target=self._work, args=(request,), name=name, daemon=True).start()
 
-    def cancel(self) -> None:
-        """End it; returns at once."""
-        self._cancelled.set()
-
     def want(self, run: Run | None) -> None:
         """Cancel it unless it is of this run; pause it with that, where the chassis can. Returns at once."""
         if run is None or run.token != self.token:
-            self.cancel()
+            self._cancelled.set()
         else:
             self._held = run.paused
 
