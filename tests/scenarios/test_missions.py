@@ -11,6 +11,7 @@ import random
 import threading
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from typing import Any
@@ -128,7 +129,8 @@ def test_a_failed_step_is_tried_again_and_then_leads_where_the_file_says(
 def test_a_queue_is_carried_out_in_its_order(missions: Missions) -> None:
     """Entries begin one after the other; removed ones do not."""
     first = missions.run(mission('do = "wait"; seconds = 0.5'))
-    ids = [missions.append(mission('do = "wait"; seconds = 0')).id for _ in range(3)]
+    names = ("one", "two", "three")  # each takes the lease by its name
+    ids = [missions.append(replace(mission('do = "wait"; seconds = 0.2'), name=name)).id for name in names]
     missions.reorder(ids[2], 0)
     missions.unqueue(ids[1])
     assert [entry.id for entry in missions.state.queue] == [ids[2], ids[0]]
@@ -138,6 +140,7 @@ def test_a_queue_is_carried_out_in_its_order(missions: Missions) -> None:
     missions.wait_for(lambda: not missions.state.queue and run_of(missions).phase.over, 10.0)
     started = [notice.run for notice in missions.state.notices if notice.kind == "start"]
     assert started == [first.id, ids[2], ids[0]]
+    assert not missions.state.paused
 
 
 def test_an_input_of_the_robot_is_waited_for_until_its_timeout(missions: Missions) -> None:

@@ -464,13 +464,14 @@ class Missions(MissionFiles):
         Who takes it over pauses the run: to give it back must not move the robot.
         """
         lease, run = self._chassis.lease, self._state.run
-        if run is None or run.phase.over or run.phase is Phase.INTERRUPTED:
-            if self._owner:
-                lease.release(self._owner)
-                self._owner, self._holds = "", False
-            return ""
-        self._owner = owner = f"mission {run.entry.mission.name}"[:200]
+        under_way = run is not None and not run.phase.over and run.phase is not Phase.INTERRUPTED
+        owner = f"mission {run.entry.mission.name}"[:200] if run is not None and under_way else ""
+        if self._owner != owner:  # also from one mission of the queue to the next one
+            lease.release(self._owner)
+            self._owner, self._holds = owner, False
         holder = lease.holder
+        if run is None or not under_way:
+            return ""
         if holder == owner:
             if now >= self._due["lease"]:
                 self._due["lease"] = now + _LEASE_SECONDS / 3.0
