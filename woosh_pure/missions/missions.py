@@ -267,16 +267,18 @@ class Missions(MissionFiles):
     def close(self) -> None:
         """Cancel what runs: the run is interrupted, and can be resumed. Idempotent, bounded."""
         self.closing = True
-        if self._webhook is not None:
-            self._webhook.close()
+        if self._step is not None:
+            self._step.want(None)  # at once
         with self._opening:
             if self._thread is None:
                 return
         self._inbox.put(None)
         self._thread.join(_ASK_SECONDS)
         if self._step is not None:
-            self._step.want(None)
+            self._step.want(None)  # one that was begun meanwhile
             self._step.ended.wait(_ASK_SECONDS)
+        if self._webhook is not None:
+            self._webhook.close()
         self._chassis.lease.release(self._owner)
         self._store.unlock()
 

@@ -38,8 +38,6 @@ _SLICE = 0.05
 _MOTION_SECONDS, _OTHER_SECONDS = 600.0, 60.0
 """Time limits of steps that give none; waiting has none."""
 _READING_SECONDS = 5.0
-
-
 _BEFORE_SECONDS, _AFTER_SECONDS = 1.0, 0.5
 _OWN_FAILURES = {
     *(130101000011, 130101000021, 130101000031, 130101000051),  # no way to the target
