@@ -174,7 +174,6 @@ export const zh = {
   "One mission. Its ETag is for `If-Match` of a change.": "一个任务单。它的 ETag 用于修改时的 `If-Match`。",
   "name of a file of the folder, without .mission.toml": "文件夹里的文件名，不带 .mission.toml",
   "Save a mission, as its values or the text of its file. A faulty one is refused with line, column and\npath of its fault. A run goes on with the steps it began with.": "保存一个任务单：以它的值，或文件的文字。有错误的会被拒绝，并给出行、列和路径。正在进行的仍按开始时的步骤继续。",
-  "only check it: nothing is saved": "只检查，不保存",
   "its ETag; without it, only a new file is saved": "它的 ETag；没有时只保存新文件",
   "Precondition Failed": "前提不成立",
   "Delete a mission's file. A run of it goes on.": "删除任务单的文件。正在进行的会继续。",
