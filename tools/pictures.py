@@ -305,7 +305,7 @@ def mission_picture(browser: Browser, work: Path) -> bytes:
     with hall_page(browser, DESK, "en-US", "light") as (page, chassis):
         round_ = folder.parents[1] / "examples" / "missions" / "round.mission.toml"
         chassis.missions.files = work / "missions"
-        chassis.missions.save("round", round_.read_text("utf-8"))
+        chassis.missions.save("round", chassis.missions.load(round_))
         page.click("#tabbutton-missions")
         page.click("#missions .saved .primary")
         page.click("#confirm [type=submit]")

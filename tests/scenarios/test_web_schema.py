@@ -43,11 +43,10 @@ hooks = "hooks.py"
 include-operation-id = "wait_for_goal"
 parameters = { "query.timeout" = 0.2 }
 
-# Which steps lead where in a mission is more than a schema says: a faulty one is refused with 422. An ETag is known to
-# whoever has got it: another one is refused with 412.
+# Which steps lead where in a mission is more than a schema says: a faulty one is refused with 422.
 [[operations]]
 include-operation-id = "save_mission"
-checks = { positive_data_acceptance = { expected-statuses = ["2xx", "401", "403", "404", "409", "412", "422", "5xx"] } }
+checks = { positive_data_acceptance = { expected-statuses = ["2xx", "401", "403", "404", "409", "422", "5xx"] } }
 """
 
 

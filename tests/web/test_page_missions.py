@@ -151,14 +151,17 @@ def test_stop_ends_a_run_and_pauses_the_queue(browser: Browser, robot: Robot, mi
         page.wait_for_selector("#queue-resume", state="detached")
 
 
-def test_a_change_of_somebody_else_is_not_lost(browser: Browser, robot: Robot, missions: Missions) -> None:
+def test_a_new_mission_does_not_replace_one_of_its_name(
+    browser: Browser, robot: Robot, missions: Missions
+) -> None:
     """The editor stays open, and says so."""
     missions.save("round", ROUND)
     with person(browser, robot.url) as page:
         open_tab(page)
-        page.click("#missions .saved .plain")
-        missions.save("round", {**ROUND, "description": "changed"})
-        page.fill("#mission-about", "mine")
+        page.click("#mission-new")
+        page.fill("#mission-name", "round")
+        page.click("#mission-add")
+        page.fill("#step-0-mark", "A1")
         page.click("#mission-save")
-        page.wait_for_selector("#editor .why >> text=Somebody has changed")
-    assert missions.load("round").description == "changed"
+        page.wait_for_selector("#editor .why >> text=of this name already")
+    assert missions.load("round").name == ROUND["name"]

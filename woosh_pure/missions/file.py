@@ -50,7 +50,7 @@ def parse(text: str, name: str = "mission") -> Mission:
 
 @dataclass(frozen=True, slots=True)
 class StoredMission:
-    """One file of the folder of missions; `mission` is None if it is faulty, and `error` says why."""
+    """One file of the folder, by its name without the suffix; `mission` is None if it is faulty: `error`."""
 
     file: str
     mission: Mission | None
@@ -71,10 +71,11 @@ class MissionFiles:
         """The files of the folder of missions, sorted by name."""
         found = []
         for path in sorted(self.files.glob(f"*{SUFFIX}")):
+            name = path.name.removesuffix(SUFFIX)
             try:
-                found.append(StoredMission(path.name, self.load(path, path.name)))
+                found.append(StoredMission(name, self.load(path, path.name)))
             except (MissionError, OSError) as error:
-                found.append(StoredMission(path.name, None, getattr(error, "strerror", "") or str(error)))
+                found.append(StoredMission(name, None, getattr(error, "strerror", "") or str(error)))
         return found
 
     def path(self, file: str | Path) -> Path:
@@ -108,21 +109,16 @@ class MissionFiles:
             raise MissionError(say(wrong, name=name, max_bytes=MAX_BYTES)) from None
         return parse(text, name)
 
-    def save(self, file: str, mission: Mission | Mapping[str, Any] | str) -> StoredMission:
-        """Write a file of the folder of missions: a mission, its `data()`, or its text as it is.
+    def save(self, file: str, mission: Mission | Mapping[str, Any]) -> StoredMission:
+        """Write a file of the folder of missions: a mission, or its `data()`.
 
         Raises:
             MissionError: It is faulty, or `file` is not a name. Nothing is written.
             OSError: It cannot be written.
         """
-        if isinstance(mission, str):
-            checked, text = parse(mission, file), mission
-        else:
-            checked = mission_of(mission.data() if isinstance(mission, Mission) else mission)
-            text = text_of(checked)
-        path = self._named(file)
-        save_file(path, text.encode(), durable=True)
-        return StoredMission(path.name, checked)
+        checked, path = mission if isinstance(mission, Mission) else mission_of(mission), self._named(file)
+        save_file(path, text_of(checked).encode(), durable=True)
+        return StoredMission(file.removesuffix(SUFFIX), checked)
 
     def remove(self, file: str) -> None:
         """Delete a file of the folder of missions. Raises MissionError if there is none."""

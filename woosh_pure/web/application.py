@@ -92,8 +92,8 @@ def build(context: WebContext, *, origins: tuple[str, ...] = ()) -> FastAPI:
             CORSMiddleware,
             allow_origins=list(origins),
             allow_methods=["GET", "POST", "PUT", "PATCH", "DELETE"],
-            allow_headers=["authorization", "content-type", "idempotency-key", "if-match", "x-woosh-session"],
-            expose_headers=["location", "etag"],
+            allow_headers=["authorization", "content-type", "idempotency-key", "x-woosh-session"],
+            expose_headers=["location"],
         )
     describe(app)
     return app

@@ -155,7 +155,7 @@ def _facts(error: Exception) -> dict[str, object]:
     if isinstance(error, MotionRefused):
         facts.update(reasons=reasons_part(error.reasons), said=said_part(error.robot_text))
     elif isinstance(error, MissionError):
-        facts.update(path=[*error.path], line=error.line, column=error.column)
+        facts.update(path=[*error.path])
     elif isinstance(error, ApiRefused):
         facts.update(said=said_part(error.robot_text))
     elif isinstance(error, StaleState):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import threading
 import time
 from typing import Any
@@ -15,19 +14,17 @@ from woosh_pure.missions.machine import MAX_HISTORY
 from woosh_pure.state_file import StoreInUse
 from woosh_pure.web.goals import Journal, command
 from woosh_pure.web.http_errors import Problem
-from woosh_pure.web.snapshot import plain, said_part, text_of
+from woosh_pure.web.snapshot import plain, said_part
 
 MAX_ENDED = 10
 """Ended runs that a page is sent."""
 
 
-def file_part(name: str, stored: StoredMission) -> dict[str, Any]:
+def file_part(stored: StoredMission) -> dict[str, Any]:
     """A file as the API sends it; `problem` is why it cannot be started."""
     data = {} if stored.mission is None else plain(stored.mission.data(), text=printable)
-    content = f"{stored.error}{text_of(data)}".encode("utf-8", "replace")
-    part = {"name": name, "description": "", "parameters": {}} | data
-    version, problem = hashlib.sha256(content).hexdigest()[:16], shown(stored.error) or None
-    return part | {"file": name, "version": version, "problem": problem, "mission": data or None}
+    part = {"name": stored.file, "description": "", "parameters": {}} | data
+    return part | {"file": stored.file, "problem": shown(stored.error) or None, "mission": data or None}
 
 
 def run_part(run: Run, *, queued: bool = False) -> dict[str, Any]:
@@ -74,13 +71,10 @@ class RobotMissions:
         """See `RobotMissions`."""
         return sum(notice.number for notice in self._chassis.missions.state.notices[-1:])
 
-    def files(self) -> dict[str, StoredMission]:
-        """The files of the folder, by their names in addresses."""
-        return {one.file.removesuffix(".mission.toml"): one for one in self._chassis.missions.list()}
-
     def file(self, name: str) -> StoredMission:
         """One file. Raises Problem without one of that name."""
-        if (found := self.files().get(name)) is None:
+        found = next((one for one in self._chassis.missions.list() if one.file == name), None)
+        if found is None:
             raise Problem(404, "there is no mission {name!r} in the folder of this server", name=name)
         return found
 

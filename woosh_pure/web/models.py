@@ -347,14 +347,9 @@ class SimulatorRequest(Request):
 
 
 class MissionRequest(Request):
-    """A mission: the values of its file, or `text`, the file as it is."""
+    """A mission: the values of its file."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"oneOf": [{"required": ["mission"]}, {"required": ["text"]}]}
-    )
-
-    mission: dict[str, Any] | None = None
-    text: Annotated[str | None, Field(max_length=60000)] = None
+    mission: dict[str, Any]
 
 
 class MissionStart(Request):
@@ -643,7 +638,6 @@ class MissionFile(Answer):
     name: str
     description: str
     parameters: dict[str, object]
-    version: Annotated[str, Field(description="its ETag")]
     problem: Words | None
     mission: dict[str, Any] | None
 

@@ -6,14 +6,13 @@ one, because the mission holds it.
 
 from __future__ import annotations
 
-import threading
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from fastapi import APIRouter, Depends, Header, Path, Request, Response
+from fastapi import APIRouter, Depends, Path, Request, Response
 
 from rosproto.logs import get_logger
-from woosh_pure.missions import KINDS, STEP_KEYS, mission_of, parse
+from woosh_pure.missions import KINDS, STEP_KEYS
 from woosh_pure.web import models
 from woosh_pure.web.access import Client
 from woosh_pure.web.api import dependencies
@@ -32,8 +31,6 @@ _CHANGES = problems(409)
 # Within the call that it notes, a stop since the request has arrived refuses what would let a mission go on.
 _ARRIVAL = [Depends(dependencies.note_arrival)]
 _FILE = Path(max_length=100, description="name of a file of the folder, without .mission.toml")
-_ETAG = Header(alias="If-Match", max_length=200, description="its ETag; without it, only a new file is saved")
-_saving = threading.Lock()  # from the look at a file's version until it is written
 
 # -- files: GET, PUT and DELETE ------------------------------------------------------------------------------
 
@@ -41,47 +38,29 @@ _saving = threading.Lock()  # from the look at a file's version until it is writ
 @router.get("/missions", response_model=models.MissionFolder)
 def list_missions(request: Request) -> dict[str, Any]:
     """The missions of the server's folder, and the keys of each kind of step, and those of every step."""
-    files = [file_part(name, one) for name, one in robot_of(request).missions.files().items()]
+    files = [file_part(one) for one in robot_of(request).chassis.missions.list()]
     kinds = {name: plain(keys) for name, keys in KINDS.items()}
     return worded({"missions": files, "kinds": kinds, "common": plain(STEP_KEYS)}, request.headers)
 
 
 @router.get("/missions/{file}", response_model=models.MissionFile)
-def get_mission(request: Request, response: Response, file: str = _FILE) -> dict[str, Any]:
-    """One mission. Its ETag is for `If-Match` of a change."""
-    missions = robot_of(request).missions
-    part = file_part(file, missions.file(file))
-    response.headers["etag"] = f'"{part["version"]}"'
-    return worded(part, request.headers)
+def get_mission(request: Request, file: str = _FILE) -> dict[str, Any]:
+    """One mission."""
+    return worded(file_part(robot_of(request).missions.file(file)), request.headers)
 
 
-@router.put("/missions/{file}", response_model=models.MissionFile, responses=problems(412))
-def save_mission(
-    body: models.MissionRequest,
-    request: Request,
-    response: Response,
-    file: str = _FILE,
-    version: Annotated[str | None, _ETAG] = None,
-) -> dict[str, Any]:
-    """Save a mission, as its values or the text of its file. A faulty one is refused with line, column and
-    path of its fault. A run goes on with the steps it began with.
-    """
+@router.put("/missions/{file}", response_model=models.MissionFile)
+def save_mission(body: models.MissionRequest, request: Request, file: str = _FILE) -> dict[str, Any]:
+    """Save a mission, new or instead of the old one. A faulty one is refused with the path of its fault."""
     robot, client = check_command(request, lease=False, connected=False)
-    missions, given = robot.chassis.missions, (body.mission or {}) if body.text is None else body.text
-    mission_of(given) if isinstance(given, dict) else parse(given, file)  # its faults come first
-    with _saving:
-        old = robot.missions.files().get(file)
-        if (version and version.strip('" ')) != (old and file_part(file, old)["version"]):
-            text = "mission {file!r} is another one now; get it, and send its ETag in If-Match"
-            raise Problem(412, text, "mission-changed", file=file)
-        try:
-            missions.save(file, given)
-        except OSError as error:
-            _logger.error("! mission %s cannot be saved: %s", file, error)
-            text = "mission {file!r} cannot be saved; the log of the server says why"
-            raise Problem(503, text, "mission-not-kept", file=file) from error
+    try:
+        saved = robot.chassis.missions.save(file, body.mission)
+    except OSError as error:
+        _logger.error("! mission %s cannot be saved: %s", file, error)
+        text = "mission {file!r} cannot be saved; the log of the server says why"
+        raise Problem(503, text, "mission-not-kept", file=file) from error
     robot.journal.note(client.name, command("save_mission", mission=file))
-    return get_mission(request, response, file)
+    return worded(file_part(saved), request.headers)
 
 
 @router.delete("/missions/{file}", status_code=204, responses=_CHANGES)

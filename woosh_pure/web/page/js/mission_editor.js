@@ -105,15 +105,17 @@ export class MissionEditor {
 
   save(event) {
     event.preventDefault();
-    const { mission, one } = this;
-    return this.send("PUT", one?.file ?? mission.name.trim(), { mission }, t("marks.saved"), one ? { "If-Match": `"${one.version}"` } : {});
+    const { mission, one, folder } = this;
+    const file = one?.file ?? mission.name.trim();
+    if (!one && folder.missions.some((other) => other.file === file)) return say(this.why, t("missions.taken"));
+    return this.send("PUT", file, { mission }, t("marks.saved"));
   }
 
   // A refusal is shown, and the editor stays open.
-  async send(method, file, body, done, headers = {}) {
+  async send(method, file, body, done) {
     say(this.why, "");
     try {
-      await this.rest.call(method, `missions/${encodeURIComponent(file)}`, body, { headers });
+      await this.rest.call(method, `missions/${encodeURIComponent(file)}`, body);
       toast(done);
       this.close();
     } catch (error) {
