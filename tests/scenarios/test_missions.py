@@ -11,6 +11,7 @@ import random
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
@@ -18,6 +19,7 @@ from typing import Any
 
 import pytest
 
+from rosproto import Master
 from rosproto.codec import service_class
 from rosproto.errors import ConnectionLost
 from tests.support import mission_kills
@@ -373,6 +375,26 @@ def test_a_lost_link_leaves_the_step_not_known(tmp_path: Path, late: bool) -> No
         assert run.reason
         with pytest.raises(ConnectionLost):
             chassis.close()
+
+
+def test_a_robot_that_starts_again_is_not_moved_before_somebody_says_so(tmp_path: Path) -> None:
+    """The run has ended, and the queue goes on with the new robot when it is resumed."""
+    with Master(host="127.0.0.1", port=0) as master, ExitStack() as robots:
+        options: dict[str, Any] = {"master_uri": master.uri, "speed": 8.0, "full_graph": False}
+        first = robots.enter_context(SimulatedChassis(**options))
+        with Chassis(master.uri) as chassis, closing(Missions(chassis, tmp_path)) as missions:
+            start = first.pose
+            missions.run(mission(RETRY, GO_B1))
+            missions.append(mission(GO_B1))
+            until(lambda: first.pose.distance_to(start) > 0.1)
+            robots.close()
+            with SimulatedChassis(**options) as second:
+                run = reach(missions, lambda run: run.phase.over, 60.0)
+                assert (run.phase, run.at, missions.state.paused) == (Phase.STOPPED, 0, True), run
+                assert stands(second, 3.0)
+                missions.resume()
+                assert reach(missions, lambda run: run.phase is Phase.DONE, 60.0).entry.id == "2"
+                assert second.pose.distance_to(second.marks["B1"]) < 0.2
 
 
 def test_a_full_disk_lets_nothing_begin(
