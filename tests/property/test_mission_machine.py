@@ -59,6 +59,7 @@ def same_as_the_model(data: st.DataObject) -> None:
         state = after
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_the_machine_agrees_with_the_model(data: st.DataObject) -> None:
