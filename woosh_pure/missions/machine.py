@@ -202,8 +202,7 @@ class State:
 
     Attributes:
         paused: Whether the queue is paused: by a person, since a stop, or since a start of the program.
-        run: The current run, or the last one.
-        history: Runs that ended before it, without their steps.
+        runs: The last ones, the current one at the end; those before it without their steps.
         notices: The last 500.
         delivered: The number of the last notice that the webhook has taken.
         disk: Why the state cannot be kept; nothing begins meanwhile. "" if it can.
@@ -211,12 +210,16 @@ class State:
 
     queue: tuple[Entry, ...] = ()
     paused: bool = False
-    run: Run | None = None
-    history: tuple[Run, ...] = ()
+    runs: tuple[Run, ...] = ()
     next_id: int = 1
     notices: tuple[Notice, ...] = ()
     delivered: int = 0
     disk: str = ""
+
+    @property
+    def run(self) -> Run | None:
+        """The current run, or the last one."""
+        return self.runs[-1] if self.runs else None
 
     @property
     def active(self) -> Run | None:
@@ -229,11 +232,6 @@ class State:
         return self.run if self.run is not None and self.run.phase is Phase.RUNNING else None
 
     @property
-    def runs(self) -> tuple[Run, ...]:
-        """The last runs, and the current one."""
-        return self.history if self.run is None else (*self.history, self.run)
-
-    @property
     def needs_ready(self) -> bool:
         """Whether the current step waits for `ready`."""
         run = self.active
@@ -243,10 +241,10 @@ class State:
     def to_json(self) -> dict[str, Any]:
         """As it is kept on disk; `state_of` is the way back."""
         kept: dict[str, Any] = {"paused": self.paused, "next_id": self.next_id, "delivered": self.delivered}
-        kept |= {"queue": [entry.to_json() for entry in self.queue]}
         return kept | {
+            "queue": [entry.to_json() for entry in self.queue],
             "runs": [run.to_json() for run in self.runs],
-            "notices": [asdict(n) for n in self.notices],
+            "notices": [asdict(notice) for notice in self.notices],
         }
 
 
@@ -256,12 +254,9 @@ def state_of(data: Mapping[str, Any]) -> State:
     Raises:
         ValueError, KeyError, TypeError: It is something else.
     """
-    kept, runs = dict(data), tuple(map(_run_of, data["runs"]))
-    del kept["runs"]
-    kept |= {"queue": tuple(map(_entry_of, data["queue"])), "history": runs[:-1]}
-    return State(
-        run=runs[-1] if runs else None, **kept | {"notices": tuple(Notice(**n) for n in data["notices"])}
-    )
+    queue, runs = tuple(map(_entry_of, data["queue"])), tuple(map(_run_of, data["runs"]))
+    notices = tuple(Notice(**each) for each in data["notices"])
+    return State(**{**data, "queue": queue, "runs": runs, "notices": notices})
 
 
 def _entry_of(data: Mapping[str, Any]) -> Entry:
@@ -310,7 +305,7 @@ class _Change:
         if phase is not None:
             assert phase is before.phase or phase in NEXT[before.phase], (before.phase, phase)
             changes = {"phase": phase, "question": None, "deadline": None, "reason": ""} | changes
-        self.state = replace(self.state, run=replace(before, **changes))
+        self.state = replace(self.state, runs=(*self.state.runs[:-1], replace(before, **changes)))
 
     def note(self, kind: str, text: str = "", **values: object) -> None:
         run, notices = None if kind == "queue" else self.state.run, self.state.notices
@@ -354,12 +349,11 @@ class _Change:
             self.fail(say("its steps lead round and round, and nothing is done"))
 
     def start(self, entry: Entry) -> None:
-        before = self.state.run
-        if before is not None:
+        runs = self.state.runs
+        if before := self.state.run:
             past = replace(before.entry, mission=Mission(before.entry.mission.name, ()))
-            history = (*self.state.history, replace(before, entry=past))[-MAX_HISTORY:]
-            self.state = replace(self.state, history=history)
-        self.state = replace(self.state, run=Run(entry, token=0 if before is None else before.token))
+            runs = (*runs[:-1], replace(before, entry=past))[-MAX_HISTORY:]
+        self.state = replace(self.state, runs=(*runs, Run(entry, token=before.token if before else 0)))
         self.note("start", by=entry.by, parameters=dict(entry.parameters))
 
     def begin(self) -> None:
