@@ -8,6 +8,7 @@ import hashlib
 import hmac
 import json
 import random
+import re
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -24,10 +25,21 @@ from rosproto.codec import service_class
 from rosproto.errors import ConnectionLost
 from tests.support import mission_kills
 from tests.support.doors import held
+from tests.support.png import read_png
 from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis, state_file
 from woosh_pure.enums import RobotMode, TaskCommand
-from woosh_pure.missions import Mission, MissionError, MissionFailed, Missions, Notice, Phase, Run, parse
+from woosh_pure.missions import (
+    KINDS,
+    Mission,
+    MissionError,
+    MissionFailed,
+    Missions,
+    Notice,
+    Phase,
+    Run,
+    parse,
+)
 from woosh_pure.motion.task import TaskMotion
 from woosh_pure.stopping.other_clients import STOPPED
 
@@ -93,6 +105,44 @@ def test_a_round_asks_and_goes_on_with_the_answer(
     until(lambda: chassis.lease.holder is None)
     kinds = [notice.kind for notice in missions.state.notices]
     assert kinds == ["start", "step", "question", "answer", "step", "end"]
+
+
+EVERY_KIND = (
+    'do = "go_to"; x = 1.0; y = 0.5; degrees = 90',
+    'do = "rotate"; degrees = -90',
+    'do = "move"; metres = -0.2; speed = 0.3',
+    'do = "load"; mark = "A1"',
+    'do = "unload"; mark = "B1"',
+    'do = "lift"; to = "up"',
+    'do = "dock"; tag = "7"',
+    'do = "light"; state = "red"',
+    'do = "say"; text = "hello"',
+    'do = "picture"; file = "shelf"',
+    'do = "call"; service = "/move_base/clear_costmaps"',
+    'do = "wait_for_input"; input = 0; is = false',
+    'do = "wait_for_battery"; percent = 1',
+    'do = "if"; value = "battery"; above = 5; then = "again"; else = "stop"',
+    'do = "go_on"; with = "stop"',
+    'name = "again"; do = "wait"; seconds = 0',
+    'do = "repeat"; from = "again"; times = 3',
+    'do = "if"; value = "input"; input = 0; is = "off"; else = "stop"',
+    'do = "if"; value = "mark"; is = "B1"; else = "stop"',
+    'do = "charge"; mark = "C1"; until_percent = 10',
+    'do = "move"; metres = -0.3',
+    'do = "park"; mark = "P1"',
+)
+
+
+@pytest.mark.slow
+def test_every_kind_of_step_is_carried_out(sim: SimulatedChassis, missions: Missions) -> None:
+    """In one mission, with the loops and comparisons between them; `ask` and `go_to_mark` are in the round above."""
+    assert {re.findall('do = "(.*?)"', step)[0] for step in EVERY_KIND} == {*KINDS} - {"ask", "go_to_mark"}
+    assert missions.run(mission(*EVERY_KIND)).wait(90.0).phase is Phase.DONE
+    begun = [notice.text for notice in missions.state.notices if notice.kind == "step"]
+    assert begun[13:17] == ["if", "wait", "wait", "wait"]
+    assert sim.pose.distance_to(sim.marks["P1"]) < 0.05
+    (picture,) = (missions.folder / "pictures").iterdir()
+    assert read_png(picture.read_bytes()).size > 1000
 
 
 def test_a_parameter_is_filled_in_and_a_wrong_one_refused(sim: SimulatedChassis, missions: Missions) -> None:
