@@ -82,7 +82,7 @@ def test_a_mission_is_saved_listed_changed_and_deleted(web: Served, folder: Path
     save(web, TURN, ASK, description="with a question")
     assert "degrees = 20" in (folder / "round.mission.toml").read_text()
     (one,) = web.get("missions").json["missions"]
-    assert (one["file"], one["name"], one["problem"]) == ("round", "Round", None)
+    assert (one["file"], one["mission"]["name"], one["problem"]) == ("round", "Round", None)
     got = web.get("missions/round")
     assert got.json["mission"] == mission(TURN, ASK, description="with a question")
     save(web, TURN)

@@ -62,7 +62,7 @@ def mission_file(file: str, name: str) -> dict[str, Any]:
         {"do": "wait", "seconds": 5},
     ]
     mission = {"mission": 1, "name": name, "description": name, "parameters": {"shelf": "A1"}, "step": steps}
-    return {**mission, "file": file, "problem": None, "mission": mission}
+    return {"file": file, "problem": None, "mission": mission}
 
 
 def mission_run(state: str, **more: Any) -> dict[str, Any]:

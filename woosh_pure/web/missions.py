@@ -22,9 +22,8 @@ MAX_ENDED = 10
 
 def file_part(stored: StoredMission) -> dict[str, Any]:
     """A file as the API sends it; `problem` is why it cannot be started."""
-    data = {} if stored.mission is None else plain(stored.mission.data(), text=printable)
-    part = {"name": stored.file, "description": "", "parameters": {}} | data
-    return part | {"file": stored.file, "problem": shown(stored.error) or None, "mission": data or None}
+    data = None if stored.mission is None else plain(stored.mission.data(), text=printable)
+    return {"file": stored.file, "problem": shown(stored.error) or None, "mission": data}
 
 
 def run_part(run: Run, *, queued: bool = False) -> dict[str, Any]:

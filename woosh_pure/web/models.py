@@ -635,9 +635,6 @@ class MissionFile(Answer):
     """A mission of the folder; null if its file is faulty, and `problem` says why."""
 
     file: str
-    name: str
-    description: str
-    parameters: dict[str, object]
     problem: Words | None
     mission: dict[str, Any] | None
 

@@ -55,7 +55,7 @@ export class MissionEditor {
       button(t("missions.add"), () => this.add({ do: NEW }), { name: "plus", id: "mission-add" }), this.why,
       el("div", { class: "row" }, el("button", { class: "primary", id: "mission-save" }, t("marks.save")),
         button(t("go.cancel"), () => this.close(), { kind: "plain" }),
-        one && button(t("marks.delete"), () => this.send("DELETE", one.file, null, t("marks.deleted", one)), { id: "mission-delete" }))));
+        one && button(t("marks.delete"), () => this.send("DELETE", one.file, null, t("marks.deleted", mission)), { id: "mission-delete" }))));
   }
 
   step(step, at) {

@@ -76,9 +76,10 @@ export class MissionsTab {
   render() {
     if (this.editor.mission) return void this.editor.render();
     const rows = this.folder.missions.map((one) => el("li", { class: "saved" },
-      el("div", { class: "grow" }, el("strong", {}, one.name), el("p", { class: one.problem ? "why" : "quiet" }, one.problem ?? one.description)),
-      one.problem ? null : button(t("go.start"), () => this.askStart(one), { kind: "primary", "aria-label": t("missions.ask", one) }),
-      one.problem ? null : button("…", () => this.editor.open(one, this.folder), { kind: "plain", "aria-label": t("marks.edit", one) })));
+      el("div", { class: "grow" }, el("strong", {}, one.mission?.name ?? one.file),
+        el("p", { class: one.problem ? "why" : "quiet" }, one.problem ?? one.mission.description)),
+      one.problem ? null : button(t("go.start"), () => this.askStart(one), { kind: "primary", "aria-label": t("missions.ask", one.mission) }),
+      one.problem ? null : button("…", () => this.editor.open(one, this.folder), { kind: "plain", "aria-label": t("marks.edit", one.mission) })));
     fill(this.list, el("h2", {}, t("tab.missions")), el("p", { class: "quiet" }, t("missions.hint")), el("ul", { class: "plainlist" }, ...rows),
       button(t("missions.new"), () => this.editor.open(null, this.folder), { name: "plus", id: "mission-new" }));
     fill(byId("tab-missions"), this.list, this.runs);
@@ -87,7 +88,7 @@ export class MissionsTab {
   }
 
   // The parameters are asked for; a number stays a number.
-  askStart({ file, name, parameters }) {
+  askStart({ file, mission: { name, parameters = {} } }) {
     const inputs = Object.entries(parameters).map(([key, value]) => [key, value, el("input", { value, maxlength: 200, required: true, id: `parameter-${key}` })]);
     const types = { number: "number", boolean: "bool" };
     const given = () => Object.fromEntries(inputs.map(([key, value, input]) => [key, typed(types[typeof value], input.value)]));
