@@ -10,7 +10,9 @@ from woosh_pure.missions.machine import Result
 from woosh_pure.missions.steps import result_of
 from woosh_pure.outcome import NOT_CONFIRMED, Outcome, OutcomeKind
 
-ENDS = [*itertools.product(OutcomeKind, (None, True, False), ("", "replaced by another command", NOT_CONFIRMED))]
+ENDS = [
+    *itertools.product(OutcomeKind, (None, True, False), ("", "replaced by another command", NOT_CONFIRMED))
+]
 
 
 @pytest.mark.promise("a STOP while a mission is carried out")
