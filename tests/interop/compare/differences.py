@@ -269,7 +269,7 @@ def _ties_sorted(case: Case, came: dict[str, list[str]]) -> dict[str, list[tuple
 def _latched_before(case: Case, theirs: Answer, ours: Answer) -> bool:
     """Only topics of latched connections differ."""
     came = [
-        {topic: found for topic, found in answer["came"].items() if topic not in case["latched"]}
+        _ties_sorted(case, {t: found for t, found in answer["came"].items() if t not in case["latched"]})
         for answer in (theirs, ours)
     ]
     return "-s" in case["options"] and bool(case["latched"]) and came[0] == came[1]
