@@ -17,7 +17,7 @@ from typing import NamedTuple
 from rosproto.codec import differences
 from rosproto.errors import DefinitionError
 from rosproto.msg import DefinitionLibrary, MessageSpec, bundled, library_from_full_text
-from rosproto.sentence import say
+from rosproto.sentence import led, say
 from rosproto.text import short
 from woosh_pure.firmware.survey import SurveyAnswer
 
@@ -85,53 +85,57 @@ def compare(answer: SurveyAnswer, knowledge: KnownDefinitions) -> Comparison:
         library = library_from_full_text(answer.type, answer.definition)
         md5sum = library.md5sum(answer.type)
     except (DefinitionError, ValueError) as error:
-        return Comparison(answer, "unusable", note=f"the definition it sent cannot be used: {error}")
+        return Comparison(
+            answer, "unusable", note=say("the definition it sent cannot be used: {error}", error=error)
+        )
     if md5sum != answer.md5sum:
-        note = f"it announces md5sum {answer.md5sum}, but the definition it sent has {md5sum}"
-        return Comparison(answer, "unusable", note=note)
+        note = "it announces md5sum {md5sum}, but the definition it sent has {other}"
+        return Comparison(answer, "unusable", note=say(note, md5sum=answer.md5sum, other=md5sum))
     return Comparison(answer, "new", "", "", _compare(answer.type, kind, library), library)
 
 
 def _service_advice(answer: SurveyAnswer) -> str:
     where = f"{answer.type.replace('/', '/srv/', 1)}.srv"
     if not answer.type or answer.type == "*":
-        return "its provider does not tell the type"
+        return say("its provider does not tell the type")
     if bundled().has("srv", answer.type):
-        return f"no known revision has this md5sum; the vendor's {where} is needed, in a folder for msg_path="
-    return f"the type is not known here; its {where} is needed, in a folder for msg_path="
+        text = "no known revision has this md5sum; the vendor's {file} is needed, in a folder for msg_path="
+        return say(text, file=where)
+    return say("the type is not known here; its {file} is needed, in a folder for msg_path=", file=where)
 
 
 def _compare(name: str, kind: str, library: DefinitionLibrary) -> tuple[str, ...]:
     """Differences from the bundled definition, in the type and in the types it uses."""
     base = bundled()
     if not base.has(kind, name):
-        return (f"{name}: not bundled",)
+        return (led(name, "not bundled"),)
     parts = [name] if kind == "msg" else [f"{name}Request", f"{name}Response"]
     names = dict.fromkeys([*parts, *library.dependencies(name, kind=kind)])
     lines: list[str] = []
     for used in names:
         theirs = library.message(used)
         if base.has("msg", used):
-            lines += [f"{used}: {line}" for line in _lines(base.message(used), theirs)]
+            lines += [led(used, line) for line in _lines(base.message(used), theirs)]
         else:
-            lines.append(f"{used}: not bundled")
+            lines.append(led(used, "not bundled"))
     return tuple(lines)
 
 
 def _lines(ours: MessageSpec, theirs: MessageSpec) -> Sequence[str]:
     spelled = _other_spellings(ours, theirs)
-    lines = [f"{name} is spelled {other} on the robot" for name, other in spelled.items()]
+    text = "{name} is spelled {other} on the robot"
+    lines: list[str] = [say(text, name=name, other=other) for name, other in spelled.items()]
     known = {*spelled, *spelled.values()}
     lines += [_words(d.name, d.ours, d.theirs) for d in differences(ours, theirs) if d.name not in known]
     shared = {field.name for field in ours.fields} & {field.name for field in theirs.fields}
     left, right = ([f.name for f in spec.fields if f.name in shared] for spec in (ours, theirs))
     if left != right:
         moved = [name for name, other in zip(left, right, strict=True) if name != other]
-        lines.append(f"another order, from {moved[0]} on")
+        lines.append(say("another order, from {name} on", name=moved[0]))
     here, there = ({c.name: f"{c.type} {c.value}" for c in spec.constants} for spec in (ours, theirs))
     for name in dict.fromkeys([*here, *there]):
         if here.get(name) != there.get(name):
-            lines.append(_words(f"constant {name}", here.get(name, ""), there.get(name, "")))
+            lines.append(_words(say("constant {name}", name=name), here.get(name, ""), there.get(name, "")))
     return lines
 
 
@@ -149,8 +153,9 @@ def _other_spellings(ours: MessageSpec, theirs: MessageSpec) -> dict[str, str]:
 
 def _words(name: str, ours: str, theirs: str) -> str:
     if not theirs:
-        return f"{name} ({ours}): not on the robot"
-    return f"{name}: {ours} here, {theirs} on the robot" if ours else f"{name} ({theirs}): only on the robot"
+        return say("{name} ({ours}): not on the robot", name=name, ours=ours)
+    text = "{name}: {ours} here, {theirs} on the robot" if ours else "{name} ({theirs}): only on the robot"
+    return say(text, name=name, ours=ours, theirs=theirs)
 
 
 # -- learned sets: folders of .msg files, each usable as `msg_path=` -----------------------------------------

@@ -92,7 +92,7 @@ def _print(comparisons: list[Comparison], out: Output, *, everything: bool) -> N
             continue
         shown.add((answer.type, answer.md5sum))
         for line in (*comparison.differences, *([comparison.note] if comparison.note else [])):
-            out.line(f"    {line}")
+            out.line("   ", line)
     counts = Counter(_WORDS[comparison.verdict] for comparison in comparisons).items()
     out.line("{found}", found=[say("{count} {verdict}", count=n, verdict=say(text)) for text, n in counts])
 
