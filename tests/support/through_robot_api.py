@@ -58,6 +58,7 @@ SKIPPED: dict[str, str] = {
     "test_sharing::test_a_rospy_publisher_is_another_driver": GRAPH,
     "test_misuse::test_stopping_everything_names_another_program_that_drives_by_velocity": "who drives beside",
     "test_misuse::test_two_programs_that_compete_are_told_of_each_other": "who drives beside",
+    "test_second_motion::test_another_program_still_commands_and_the_first_is_told": "who drives beside",
     "test_safety::test_a_drive_does_not_go_on_after_its_program_was_stopped": "a robot that drives on",
     "test_safety::test_limits_of_the_chassis_that_cannot_be_meant_leave_the_careful_ones": "speed limits",
     "test_safety::test_a_resume_that_a_stop_overtakes_does_not_move": "pause of a step move",
