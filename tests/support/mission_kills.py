@@ -1,6 +1,7 @@
 """Kill a program at a random moment of its mission, and let another one go on with it.
 
-`python -m tests.support.mission_kills 50` does so 50 times, and prints the seed; `--seed` repeats it.
+`python -m tests.support.mission_kills 50` does so until 50 kills have met a running mission, and prints the seed; `--seed`
+repeats it.
 """
 
 from __future__ import annotations
@@ -20,6 +21,9 @@ from woosh_pure.missions import Missions, Phase, parse
 
 ROOT = Path(__file__).resolve().parents[2]
 STEPS = 6
+MAX_SECONDS = 0.8
+"""For which the mission is under way here; a kill comes at a random moment of them."""
+AFTER = "after its end"
 STEP = '[[step]]\ndo = "move"\nmetres = 0.1\n[[step]]\ndo = "wait"\nseconds = 0.05\n'
 TEXT = 'mission = 1\nname = "killed"\n' + STEP * (STEPS // 2)
 PROGRAM = """
@@ -53,7 +57,7 @@ def kill_once(sim: SimulatedChassis, folder: Path, seconds: float) -> str:
         assert before is not None
         if before.phase.over:
             assert before.phase is Phase.DONE
-            return "after its end"
+            return AFTER
         until(
             lambda: chassis.measured_velocity.wait(5.0).is_standing(), what="the step of the killed program"
         )
@@ -100,9 +104,12 @@ def main() -> None:
     chance = random.Random(arguments.seed)
     print("seed", arguments.seed)
     with SimulatedChassis(speed=4, full_graph=False) as sim:
-        for number in range(arguments.kills):
+        met = 0
+        while met < arguments.kills:
             with tempfile.TemporaryDirectory() as folder:
-                print(number + 1, kill_once(sim, Path(folder), chance.uniform(0.0, 2.0)), flush=True)
+                where = kill_once(sim, Path(folder), chance.uniform(0.0, MAX_SECONDS))
+            met += where != AFTER
+            print(met, where, flush=True)
 
 
 if __name__ == "__main__":
