@@ -98,7 +98,7 @@ woosh_pure.SimulatedChassis = SimulatedChassis
 """Without the parts of a simulated chassis that carry no content, which cost most of its start."""
 
 
-EXTRAS = {"Rosbridge": "bridge", "Foxglove": "foxglove", "fastapi": "web"}
+EXTRAS = {"Rosbridge": "bridge", "Foxglove": "foxglove", "fastapi": "web", "websockets": "api"}
 """What a snippet imports, and the extra that it needs."""
 
 
@@ -119,7 +119,7 @@ def robots() -> Iterator[RobotPool]:
 def test_a_snippet_runs(place: str, code: str, python: WarmPython, robots: RobotPool, tmp_path: Path) -> None:
     """A reader who pastes it into a file gets what the page promises: no error."""
     for name, extra in EXTRAS.items():
-        if re.search(rf"import .*\b{name}\b|from {name} ", code):
+        if re.search(rf"import .*\b{name}\b|from {name}[. ]", code):
             needs(extra)
     script = tmp_path / "snippet.py"
     robot = robots.take(speed=8.0) if ROBOT_USED.search(code) else None

@@ -48,7 +48,8 @@ def explain(error: Exception) -> tuple[str, int]:
         return led(sentence.say("cannot write the output"), error.strerror or text), FAILED
     if isinstance(error, OSError) and error.strerror:
         return led(error.filename, error.strerror) if error.filename else error.strerror, FAILED
-    if isinstance(error, (OSError, KeyError)):
+    missing_extra = isinstance(error, ImportError) and isinstance(error.__cause__, ImportError)
+    if missing_extra or isinstance(error, (OSError, KeyError)):  # see `optional_module`
         return text, FAILED
     ours = "{error}: {text}; this is a bug; please report it with the output of --debug"
     return sentence.say(ours, error=type(error).__name__, text=text), FAILED

@@ -200,6 +200,10 @@ def words_of(line: str, sim: SimulatedChassis) -> list[str]:
     return shlex.split(line)
 
 
+EXTRAS = {"bridge": "bridge", "foxglove": "foxglove", "web": "web", "--robots": "web", "--robot-api": "api"}
+"""Words of a command, and the extra that it needs."""
+
+
 @pytest.fixture
 def api() -> Iterator[ApiPeer]:
     with ApiPeer() as peer:
@@ -213,8 +217,9 @@ def test_an_example_of_help_does_what_it_promises(
 ) -> None:
     """It ends with 0, or goes on and shows something until Ctrl-C."""
     way = WAYS.get(line, Way())
-    for extra in {"bridge", "foxglove", "web"} & set(line.split()):  # the extra has the name of its command
-        needs(extra)
+    for word in line.split():
+        if word in EXTRAS:
+            needs(EXTRAS[word])
     for before in way.first:
         prog, *words = words_of(before, sim)
         assert run(prog, words).code == 0

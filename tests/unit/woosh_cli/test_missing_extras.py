@@ -13,6 +13,8 @@ from woosh_pure.cli import main
     ("module", "extra", "words"),
     [
         ("fastapi", "web", ["--sim", "web", "--port", "0", "--no-browser"]),
+        ("fastapi", "web", ["sim", "--robots", "2", "--port", "0"]),
+        ("websockets.asyncio.server", "api", ["sim", "--robot-api", "0", "--port", "0"]),
         (
             "paho.mqtt.client",
             "fleet",

@@ -141,6 +141,10 @@ def run_sim(args: Namespace, out: Output) -> None:
     )
     if args.master and args.robots > 1:
         raise ValueError("--robots: each has a master of its own; leave --master out")
+    if args.robots > 1:
+        from woosh_pure.web.optional_libraries import require
+
+        require()
     sims = {
         f"robot{number}": SimulatedChassis(
             master_uri=args.master,

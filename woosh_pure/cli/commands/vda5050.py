@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rosproto.cli import CommandError, finite, never_wait_for_stdout, positive, seconds
+from rosproto.cli import finite, never_wait_for_stdout, positive, seconds
 from rosproto.sentence import say
 from woosh_pure.cli.arguments import add_watchdog, corners
 from woosh_pure.cli.connection import chosen, names, reaching, simulated, watchdog_of
@@ -89,10 +89,7 @@ def run_vda5050(args: Namespace, out: Output) -> None:
     from woosh_pure.fleet.broker_connection import paho
     from woosh_pure.state_file import default_folder
 
-    try:
-        paho()
-    except ImportError as missing:
-        raise CommandError(str(missing)) from missing
+    paho()
     config = _config(args)
     folder = args.state or config.folder or default_folder()
     with ExitStack() as stack:

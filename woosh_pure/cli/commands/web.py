@@ -90,10 +90,7 @@ def run_web(args: Namespace, out: Output) -> int:
     from rosproto.admission import AdmissionPolicy
     from woosh_pure.web.optional_libraries import require
 
-    try:
-        require()
-    except ImportError as missing:
-        raise CommandError(str(missing)) from missing
+    require()
     AdmissionPolicy(token_of(args, TOKEN_VARIABLE)).require_token_at(args.bind)  # before a robot is asked
     more = _further(args)
     with ExitStack() as stack:
