@@ -14,12 +14,12 @@ from rosproto.sentence import both, led, say
 from woosh_pure.cli.arguments import add_watchdog
 from woosh_pure.cli.connection import chosen, connect, watchdog_of
 from woosh_pure.cli.output import Output
-from woosh_pure.missions.file import MissionFiles, text_of
-from woosh_pure.missions.machine import Notice
-from woosh_pure.missions.missions import MissionHandle, Missions
 
 if TYPE_CHECKING:
+    from woosh_pure.missions.file import MissionFiles
+    from woosh_pure.missions.machine import Notice
     from woosh_pure.missions.mission import Mission
+    from woosh_pure.missions.missions import MissionHandle, Missions
 
 BY = "woosh mission"
 """The name of who asks by these commands."""
@@ -69,6 +69,9 @@ def use_webhook(missions: Missions, args: Namespace) -> None:
 
 
 def run_mission(args: Namespace, out: Output) -> None:
+    from woosh_pure.missions.file import MissionFiles
+    from woosh_pure.missions.missions import Missions
+
     if args.verb in _FILES:
         _FILES[args.verb](args, out, MissionFiles())
     elif args.verb in ("run", "resume"):
@@ -87,6 +90,8 @@ def run_mission(args: Namespace, out: Output) -> None:
 
 
 def _carry_out(args: Namespace, out: Output, missions: Missions) -> None:
+    from woosh_pure.missions.missions import MissionHandle
+
     mission = missions.load(args.file) if args.verb == "run" else None
     use_webhook(missions, args)
     state = missions.state
@@ -164,6 +169,8 @@ def _list(args: Namespace, out: Output, files: MissionFiles) -> None:
 
 
 def _show(args: Namespace, out: Output, files: MissionFiles) -> None:
+    from woosh_pure.missions.file import text_of
+
     mission = files.load(args.file)
     out.answer(mission.data(), text_of(mission).rstrip())
 
