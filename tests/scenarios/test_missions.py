@@ -606,6 +606,24 @@ def test_a_webhook_gets_signed_events_again_until_it_takes_them(
         assert headers["Webhook-Signature"] == f"sha256={expected}"
 
 
+def test_what_a_webhook_has_not_taken_is_sent_after_a_restart(
+    sim: SimulatedChassis, tmp_path: Path, until: Callable[..., None]
+) -> None:
+    """From disk, once each: what the first program could not deliver, the second one does."""
+    with _Receiver(refusals=0) as receiver:
+        url = f"http://127.0.0.1:{receiver.server_port}/"
+        with Chassis(sim.master_uri, missions_state=tmp_path) as first:
+            first.missions.add_webhook("http://127.0.0.1:1/", "a secret of us")
+            first.missions.run(mission('do = "wait"; seconds = 0')).wait(10.0)
+        threading.Thread(target=receiver.serve_forever, daemon=True).start()
+        for _ in range(2):
+            with Chassis(sim.master_uri, missions_state=tmp_path) as later:
+                later.missions.add_webhook(url, "a secret of us")
+                until(lambda: later.missions.state.delivered == later.missions.state.notices[-1].number)
+        receiver.shutdown()
+    assert [json.loads(body)["kind"] for _, body in receiver.taken] == ["start", "step", "end"]
+
+
 def test_a_webhook_needs_a_secret(missions: Missions) -> None:
     """An unsigned event could come from anybody."""
     with pytest.raises(ValueError, match="WOOSH_WEBHOOK_SECRET"):
