@@ -9,6 +9,8 @@ import hmac
 import json
 import random
 import re
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -20,15 +22,16 @@ from typing import Any
 
 import pytest
 
-from rosproto import Master
+from rosproto import Master, Node
 from rosproto.codec import service_class
 from rosproto.errors import ConnectionLost
 from tests.support import mission_kills
 from tests.support.doors import held
+from tests.support.extras import needs
 from tests.support.png import read_png
 from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis, state_file
-from woosh_pure.enums import RobotMode, TaskCommand
+from woosh_pure.enums import RobotMode, TaskCommand, TaskState
 from woosh_pure.missions import (
     KINDS,
     Mission,
@@ -538,6 +541,39 @@ def test_a_program_that_ends_leaves_its_run_interrupted(
     again.answer("done")
     assert reach(again, lambda run: run.phase.over).ended == ((0, True), (1, True), (2, True))
     again.close()
+
+
+@pytest.mark.slow
+def test_the_robots_history_settles_the_step_of_a_killed_program(tmp_path: Path) -> None:
+    """Nobody watched it, so the robot went on to its mark. Its task id tells that the step is done: nobody is asked."""
+    needs("api")
+    from woosh_pure.api_server import RobotApiServer, simulated_site
+
+    file = tmp_path / "one.mission.toml"
+    file.write_text(
+        HEAD + f"{GO}\n[[step]]\n{GO_A1}\n[[step]]\ndo = 'wait'\nseconds = 0\n".replace("; ", "\n")
+    )
+    with ExitStack() as stack:
+        sim = stack.enter_context(SimulatedChassis(speed=4, full_graph=False))
+        node = stack.enter_context(Node("robot_api", master_uri=sim.master_uri, rosout=False))
+        api = stack.enter_context(RobotApiServer(node, port=0, site=simulated_site(sim)))
+        words = [sys.executable, "-c", mission_kills.PROGRAM, sim.master_uri, str(tmp_path), str(file)]
+        with subprocess.Popen(words, stdout=subprocess.PIPE, cwd=mission_kills.ROOT) as program:
+            try:
+                until(lambda: sim.pose.distance_to(sim.marks["A1"]) < 1.0, 60.0, "the drive")
+            finally:
+                program.kill()
+        chassis = stack.enter_context(
+            Chassis(sim.master_uri, missions_state=tmp_path, robot_api=f"127.0.0.1:{api.port}")
+        )
+        until(
+            lambda: [task.state for task in chassis.robot_api.task_history()] == [TaskState.COMPLETED], 60.0
+        )
+        chassis.missions.resume()
+        run = reach(chassis.missions, lambda run: run.phase.over)
+        assert (run.phase, run.ended) == (Phase.DONE, ((0, True), (1, True)))
+        assert "question" not in [notice.kind for notice in chassis.missions.state.notices]
+        assert len(chassis.robot_api.task_history()) == 1
 
 
 def test_a_chassis_that_is_closed_leaves_its_run_interrupted(sim: SimulatedChassis, tmp_path: Path) -> None:
