@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from tests.support.waiting import until
 from tests.web.conftest import Robot
 
 if TYPE_CHECKING:
@@ -74,7 +75,7 @@ def test_a_request_is_tried_and_motion_asks_first(robot: Robot, browser: Browser
     page.fill("#get_goal-goal", "no/such goal")
     assert "404" in tried("get_goal")
     questions: list[str] = []
-    answers = iter(["dismiss", "accept"])
+    answers = iter(["dismiss", "accept", "dismiss"])
 
     def asked(dialog: Any) -> None:
         questions.append(dialog.message)
@@ -90,7 +91,13 @@ def test_a_request_is_tried_and_motion_asks_first(robot: Robot, browser: Browser
     assert questions == ["This moves the robot. Check that the way is clear. Send it?"] * 2
     page.click("#stop summary")
     assert '"stands_still":true' in tried("stop").replace(" ", "")
+    page.click("#control_queue summary")
+    page.fill("#control_queue-verb", "stop")
+    tried("control_queue")
     assert len(questions) == 2, "a stop asks nothing"
+    page.fill("#control_queue-verb", "resume")
+    page.click("#control_queue button")
+    until(lambda: page.wait_for_timeout(20) or len(questions) == 3)
     assert page.evaluate("document.documentElement.scrollWidth") <= 320, "it scrolls sideways"
     assert errors == []
     page.close()

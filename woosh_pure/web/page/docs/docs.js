@@ -13,9 +13,10 @@ const WORDS = chinese
     answers: "Answers", body: "Body", name: "Name", optional: "optional", parameters: "Parameters", token: "This server needs a token: open the page of the robot, sign in there, and come back.",
     failed: "openapi.json cannot be read: ", robots: "Each address is there below /api/v1/robots/NAME/ as well, for one robot of several.", page: "page of the robot", deprecated: "old name", send: "Try it", moves: "This moves the robot. Check that the way is clear. Send it?",
   };
-const MOVES = new Set(["create_goal", "resume_goal"]);
+const MOVES = new Set(["create_goal", "resume_goal", "create_run", "answer_run", "control_queue"]);
+const STAYS = new Set(["pause", "stop", "clear"]);  // what control_queue does without moving anything
 const said = (text) => (chinese && zh[text]) || text;
-const SHOWN = ["get", "post", "patch", "delete"];
+const SHOWN = ["get", "post", "put", "patch", "delete"];
 const root = location.pathname.replace(/(\/robots\/[^/]+)?\/docs\/[^/]*$/, "");
 
 let parts = {};
@@ -86,7 +87,8 @@ function trial(path, method, operation) {
   };
   const onsubmit = (event) => {
     event.preventDefault();
-    if (MOVES.has(operation.operationId) && !confirm(WORDS.moves)) return;
+    const moves = MOVES.has(operation.operationId) && !given.some(([, { value }]) => STAYS.has(value));
+    if (moves && !confirm(WORDS.moves)) return;
     send().catch((error) => fill(shown, el("pre", {}, error.message)));
   };
   return el("form", { onsubmit }, ...given.map(([one, input]) => el("label", {}, el("span", {}, one.name), input)), body ?? "",
