@@ -33,6 +33,7 @@ OF_USERS = {
     "foxglove": ["rosproto foxglove --port 0 => ws://"],
     "api": ["woosh sim --port 0 --robot-api 0 => ws://"],
     "web": ["woosh web --port 0 --no-browser => http://"],
+    "missions": ["woosh mission check {examples}/missions/round.mission.toml"],
     "fleet": ["woosh vda5050 --broker mqtt://127.0.0.1:9 --manufacturer m --serial s => cannot be reached"],
 }
 """The commands of each extra; behind `=>` the output of a command that runs until interrupted."""
@@ -120,7 +121,11 @@ def main() -> None:
                 "VIRTUAL_ENV": str(place), "ROS_MASTER_URI": robot.master_uri, "NO_MKDOCS_2_WARNING": "1",
             }  # fmt: skip
             for line in (OF_USERS | OF_THE_PROJECT)[extra]:
-                start(line.format(bag=bag, out=out), ROOT if project else out, environment)
+                start(
+                    line.format(bag=bag, out=out, examples=ROOT / "examples"),
+                    ROOT if project else out,
+                    environment,
+                )
             print(f"{time.monotonic() - began:6.1f} s  {extra}", flush=True)
 
 

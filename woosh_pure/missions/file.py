@@ -70,7 +70,7 @@ class MissionFiles:
     def list(self) -> Sequence[StoredMission]:
         """The files of the folder of missions, sorted by name."""
         found = []
-        for path in sorted(self.files.glob(f"*{SUFFIX}")):
+        for path in sorted(self.files.glob(f"*{SUFFIX}"), key=lambda path: path.name):
             name = path.name.removesuffix(SUFFIX)
             try:
                 found.append(StoredMission(name, self.load(path, path.name)))
