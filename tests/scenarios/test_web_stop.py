@@ -344,6 +344,6 @@ def test_a_viewer_that_floods_delays_no_stop(sim: SimulatedChassis, what: str, c
             until(lambda: abs(chassis.odometry.wait(timeout=20).velocity.wz) > 0.05, 30.0, "the turning")
             began = own_seconds()
             answer = web.post("stop")
-            assert own_seconds() - began < 2.0 * crowd()
+            assert own_seconds() - began < 2.0 * crowd(), answer
             assert answer.json["stands_still"] is True, answer
             until(lambda: abs(chassis.odometry.wait(timeout=20).velocity.wz) < 0.01, what="standing")
