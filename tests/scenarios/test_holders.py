@@ -176,15 +176,19 @@ def test_another_node_says_zero_at_once_and_again_when_our_own_is_over(sim, chas
     connection = chassis._components.connection
     words = [FinalMessage("/base_cmd_vel", twist(Velocity()), 3)]
     own_over = threading.Event()
-    heard: list[Any] = []
-    with chassis.node.subscriber("/base_cmd_vel", "geometry_msgs/Twist", callback=heard.append):
-        saying, errors = in_thread(lambda: say_elsewhere(connection, words, own_over))
-        until(lambda: len(heard) == 3)
-        own = chassis.node.publisher("/base_cmd_vel", "geometry_msgs/Twist", latch=True)
+
+    def moves() -> bool:
+        return not sim.world.body.velocity.is_standing()
+
+    with chassis.node.publisher("/base_cmd_vel", "geometry_msgs/Twist", latch=True) as own:
         own.publish(twist(Velocity(0.2)))
-        until(lambda: not sim.world.body.velocity.is_standing())
+        until(moves)
+        saying, errors = in_thread(lambda: say_elsewhere(connection, words, own_over))
+        until(lambda: not moves(), what="the zero at once")
+        own.publish(twist(Velocity(0.2)))
+        until(moves)
         own_over.set()
-        until(lambda: len(heard) == 7 and sim.world.body.velocity.is_standing(0.0, 0.0))
+        until(lambda: sim.world.body.velocity.is_standing(0.0, 0.0), what="the zero again")
         saying.join(20.0)
     assert not errors
 
