@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from rosproto.extras import optional_module
 from rosproto.sentence import say
 
 
@@ -18,13 +19,8 @@ def toml_values(text: str, extra: str) -> dict[str, Any]:
         ValueError: It is not TOML.
         ImportError: Python 3.10 without the extra.
     """
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        try:
-            import tomli as tomllib
-        except ImportError as error:
-            wanted = 'a TOML file needs tomli before Python 3.11: pip install ".[{extra}]"'
-            raise ImportError(say(wanted, extra=extra), name="tomli") from error
-    values: dict[str, Any] = tomllib.loads(text)
+    wanted = 'a TOML file needs tomli before Python 3.11: pip install ".[{extra}]"'
+    module = "tomllib" if sys.version_info >= (3, 11) else "tomli"
+    library = optional_module(module, ImportError(say(wanted, extra=extra), name=module))
+    values: dict[str, Any] = library.loads(text)
     return values
