@@ -25,6 +25,7 @@ import pytest
 from rosproto import Master, Node
 from rosproto.codec import service_class
 from rosproto.errors import ConnectionLost
+from rosproto.node.graph.master_client import MasterClient
 from tests.support import mission_kills
 from tests.support.doors import held
 from tests.support.extras import needs
@@ -594,6 +595,20 @@ def test_no_step_twice_and_no_motion_by_itself_after_kill_9(tmp_path: Path, numb
     """Killed at a random moment, a mission goes on when a person says so, without doing anything twice."""
     with SimulatedChassis(speed=4, full_graph=False) as sim:
         mission_kills.kill_once(sim, tmp_path, random.uniform(0.0, mission_kills.MAX_SECONDS))
+
+
+def test_a_stop_counts_whom_it_has_told_also_when_they_end_at_once(
+    chassis: Chassis, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A program that hears it may be gone before anybody looks; one that was killed is named as not told."""
+    uri, ended = chassis.master_uri, threading.Event()
+    with Node("gone", master_uri=uri) as gone, MasterClient(uri, "/killed") as killed:
+        gone.subscriber(STOPPED, "std_msgs/Empty", callback=lambda _: ended.set())
+        threading.Thread(target=lambda: ended.wait(20.0) and gone.close(), daemon=True).start()
+        killed.register_subscriber(STOPPED, "std_msgs/Empty", "http://127.0.0.1:1/")
+        chassis.stop(everything=True)
+        assert gone.wait(10.0)
+    assert "1 of 2 did not connect" in caplog.text
 
 
 # -- webhooks

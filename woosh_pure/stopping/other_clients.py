@@ -181,12 +181,20 @@ def _tell_others(run: StopRun) -> None:
     run.registrations.wait(_ANSWER)
     if not (listeners := run.registrations.subscribers(STOPPED)):
         return
+    told, deadline = (
+        threading.Semaphore(0),
+        Deadline(_FIRST_STATUS),
+    )  # a program that hears it may end at once
     try:
         node = run.components.connection.open_node()
-        with node.publisher(STOPPED, message_type("std_msgs/Empty"), latch=True) as publisher:
+        empty = message_type("std_msgs/Empty")
+        with node.publisher(STOPPED, empty, latch=True, on_connect=lambda _: told.release()) as publisher:
             publisher.publish()
-            publisher.wait_for_connection(_FIRST_STATUS, listeners)
+            late = sum(not told.acquire(timeout=deadline.remaining() or 0.0) for _ in range(listeners))
             publisher.flush(1.0)
+        if late:
+            why = "{late} of {count} did not connect; they may have ended without unregistering"
+            raise RosError(say(why, late=late, count=listeners))
     except (RosError, OSError, RuntimeError) as error:
         logger.warning("! other programs are not told that the robot was stopped: %s", error)
 
