@@ -152,7 +152,7 @@ def by_the_master(node: rosproto.Node) -> None:
     [
         (by_a_peer, MotionRefused, r"shut down.*user request"),
         # This master also tells the robot that the publisher is gone: that may be heard first.
-        (by_the_master, (MotionRefused, ConnectionLost), r"shut down.*same name|nobody subscribes"),
+        (by_the_master, (MotionRefused, ConnectionLost), r"shut down.*same name|no longer has a subscriber"),
     ],
     ids=["by a peer", "by the master"],
 )
