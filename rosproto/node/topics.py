@@ -118,13 +118,15 @@ class TopicTable:
                     raise
             return publisher
 
-    def close_publisher(self, publisher: Publisher, publication: Publication) -> None:
+    def close_publisher(self, publisher: Publisher, publication: Publication, wait: float = 0.0) -> None:
         """See `Publisher.close`."""
         with self._publishing.hold(publication.name):
             if not publication.remove_handle(publisher):
                 return
             if self._publications.get(publication.name) is publication:
                 del self._publications[publication.name]
+            if wait:
+                publication.finish(wait)
             self._context.registrations.remove(publication)
         publication.close()
 

@@ -149,16 +149,9 @@ class _LastMessage:
         self._publisher.publish(message)
         self.done = self._publisher.connections > 0
 
-    def flush(self) -> None:
-        """Wait a moment until the robot has the message: closing the topic earlier may lose it."""
-        try:
-            self._publisher.flush(0.5)
-            self._publisher.wait_arrived(0.5)
-        except RosError:
-            pass  # nothing more can be done
-
-    def close(self) -> None:
-        self._publisher.close()
+    def close(self, wait: float = 0.0) -> None:
+        """Close the topic; `wait` is the time for the robot to read the message, in seconds."""
+        self._publisher.close(wait)
 
 
 class RequestSender:
@@ -466,7 +459,7 @@ class WatchdogProcess:
                     _try(each)
         for each in self._acting():
             if isinstance(each, _LastMessage):
-                each.flush()
+                each.close(wait=0.5)
         for node in list(self._nodes.values()):
             node.close()
 

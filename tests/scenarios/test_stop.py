@@ -12,6 +12,7 @@ import pytest
 import rosproto
 from msgdefs.geometry_msgs.msg import Twist
 from rosproto.errors import RosError
+from rosproto.protocol.goal_server import GoalList, GoalRecord
 from tests.scenarios.test_sharing import TWIST
 from woosh_pure import Chassis, OutcomeKind
 from woosh_pure.cli import main
@@ -65,6 +66,40 @@ def test_goals_and_tasks_of_others_are_cancelled(sim, chassis, until):
         report = chassis.stop(everything=True, timeout=FOR_EVER)
         assert f"task {task.task_id}" in report.cancelled
         assert task.wait(10.0, raises=False).kind is OutcomeKind.CANCELLED
+
+
+def test_a_cancel_that_is_lost_is_sent_again(sim, chassis, until, monkeypatch):
+    """As when the robot ends the connection before it has read the cancel."""
+    came: list[str] = []
+    heard = GoalList.cancel_received
+
+    def lose_the_first(goals: GoalList, id: str, stamp: int, now: float) -> list[GoalRecord]:
+        came.append(id)
+        return heard(goals, id, stamp, now) if id else []
+
+    chassis.wait_until_ready()
+    with Chassis(sim.master_uri, name="other") as other:
+        goal = other.rotate(60.0, several_turns=True)
+        until(lambda: sim.world.motion is not None)
+        monkeypatch.setattr(GoalList, "cancel_received", lose_the_first)
+        report = chassis.stop(everything=True, timeout=FOR_EVER)
+        assert report.standing
+        assert "all goals of /cmd_vel_control" in report.cancelled
+        assert "" in came
+        assert goal.wait(10.0, raises=False).kind is OutcomeKind.REPLACED
+
+
+def test_a_goal_that_ignores_its_cancel_is_named(sim, chassis, until, monkeypatch):
+    chassis.wait_until_ready()
+    with Chassis(sim.master_uri, name="other") as other:
+        other.rotate(60.0, several_turns=True)
+        until(lambda: sim.world.motion is not None)
+        with monkeypatch.context() as deaf:
+            deaf.setattr(GoalList, "cancel_received", lambda *cancel: [])
+            report = chassis.stop(everything=True, timeout=1.0)
+        assert report.standing is False
+        assert "cancelling /cmd_vel_control (it goes on)" in report.problems
+        chassis.stop(everything=True, timeout=FOR_EVER)
 
 
 @pytest.mark.promise("Ctrl-C in `handle.wait()`")

@@ -282,7 +282,7 @@ class Commands:
             publisher.wait_for_connection(CALL_SECONDS)
             require_message(row, publisher, message)
             publisher.publish(message)
-            publisher.flush(CALL_SECONDS)
+            publisher.close(wait=CALL_SECONDS)
 
     def _initialise(self, client: Hashable, kind: str, values: Values, received: float) -> None:
         if "pose" in values:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -115,7 +114,7 @@ class Connection:
 _LISTEN = 2.0  # seconds for a subscriber to connect
 _FLUSH = _ARRIVE = 0.5  # seconds
 _OWN_OVER = 8.0  # seconds for our own node to say its last words
-_READ = 0.2  # seconds for the robot to read, before the master tells it that the node is gone
+_READ = 0.5  # seconds for the robot to read, before the master tells it that the node is gone
 
 
 @dataclass(frozen=True)
@@ -165,7 +164,8 @@ def say_elsewhere(
                 _say(word, publisher)
             own_over.wait(_OWN_OVER)
             problems = [problem for word, publisher in said if (problem := _say(word, publisher))]
-            time.sleep(_READ)
+            for _, publisher in said:
+                publisher.close(wait=_READ)
     except (RosError, OSError, RuntimeError) as error:
         problems.append(str(error))
     return problems

@@ -40,7 +40,10 @@ _MIN_STEP_SECONDS = 1.0
 """Seconds that every step may take, however near the deadline is."""
 _LOOK_AGAIN, _LONGER = 0.5, 10.0
 _FIRST_STATUS = 1.0  # seconds: a server sends its status 5 times a second
-_HAD_A_GOAL = (0, 1, 2, 6, 7, 8)  # of actionlib_msgs/GoalStatus: pending, active, and cancelled ones
+_CANCEL_AGAIN = 0.5  # seconds after which a goal that is still under way is cancelled once more
+_READ = 1.0  # seconds for a subscriber to read the last message
+_UNDER_WAY = (0, 1)  # of actionlib_msgs/GoalStatus: pending, active
+_HAD_A_GOAL = (*_UNDER_WAY, 2, 6, 7, 8)  # and cancelled ones
 
 
 class Registrations:
@@ -191,7 +194,7 @@ def _tell_others(run: StopRun) -> None:
         with node.publisher(STOPPED, empty, latch=True, on_connect=lambda _: told.release()) as publisher:
             publisher.publish()
             late = sum(not told.acquire(timeout=deadline.remaining() or 0.0) for _ in range(listeners))
-            publisher.flush(1.0)
+            publisher.close(wait=_READ)
         if late:
             why = "{late} of {count} did not connect; they may have ended without unregistering"
             raise RosError(say(why, late=late, count=listeners))
@@ -212,7 +215,9 @@ def _begin(work: Callable[[], None], deadline: Deadline) -> Job[None]:
 def _cancel_action(run: StopRun, name: str, cancelled: list[str]) -> None:
     """Cancel all goals: an empty id and a zero time (wiki.ros.org/actionlib/DetailedDescription).
 
-    An action client is not used, because its five topics would have to be registered first.
+    Those that are still under way afterwards are cancelled again, by their ids: a goal that somebody sends
+    after the stop is not meant. An action client is not used, because its five topics would have to be
+    registered first.
     """
     topic, registrations = f"{name}/cancel", run.registrations
     registrations.wait(_ANSWER)  # costs nothing: without the master nobody connects to the topic
@@ -227,22 +232,44 @@ def _cancel_action(run: StopRun, name: str, cancelled: list[str]) -> None:
             publisher.wait_for_connection(timeout=_left(run.deadline))
             publisher.publish()
             publisher.flush(1.0)
-            if registrations.lacks_publisher(statuses.topic) or _ran(statuses):
+            goals = None if registrations.lacks_publisher(statuses.topic) else _goals(statuses, _FIRST_STATUS)
+            if goals is None or any(status in _HAD_A_GOAL for status in goals.values()):
                 cancelled.append(name)
+            if not _cancelled_by_id(publisher, statuses, goals, Deadline(_left(run.deadline))):
+                run.report.problems.append(say("cancelling {goal} (it goes on)", goal=name))
+            publisher.close(wait=_READ)
     except (RosError, OSError, RuntimeError) as error:
         run.report.problems.append(say("cancelling {goal} ({error})", goal=name, error=error))
 
 
-def _ran(status: rosproto.Subscriber) -> bool:
-    """Return whether a server had a goal, by its first status message; True if none comes.
-
-    The status may come after the cancel, so a goal that was preempted just now counts, too.
-    """
+def _goals(statuses: rosproto.Subscriber, seconds: float) -> dict[str, int] | None:
+    """Return the status of each goal by its id, from the server's next message; None if none comes."""
     try:
-        goals = status.next(_FIRST_STATUS).status_list
+        return {goal.goal_id.id: goal.status for goal in statuses.next(seconds).status_list}
     except RosError:
-        return True
-    return any(goal.status in _HAD_A_GOAL for goal in goals)
+        return None
+
+
+def _cancelled_by_id(
+    publisher: rosproto.Publisher,
+    statuses: rosproto.Subscriber,
+    goals: dict[str, int] | None,
+    deadline: Deadline,
+) -> bool:
+    """Cancel the goals that are under way until they no longer are; False if some are at the deadline.
+
+    A cancel may be lost: its connection ended before it was read.
+    """
+    left = {id for id, status in (goals or {}).items() if status in _UNDER_WAY}
+    again = time.monotonic() + _CANCEL_AGAIN
+    while left and not deadline.expired:
+        if time.monotonic() >= again:
+            for id in left:
+                publisher.publish(id=id)
+            again = time.monotonic() + _CANCEL_AGAIN
+        if (now := _goals(statuses, _CANCEL_AGAIN)) is not None:
+            left &= {id for id, status in now.items() if status in _UNDER_WAY}
+    return not left
 
 
 def _cancel_task(run: StopRun) -> None:

@@ -129,6 +129,9 @@ class _LocalPipe:
                     seconds=timeout,
                 )
 
+    def end_sending(self) -> bool:
+        return False  # `wait_empty` has waited for the subscriber
+
     def close(self, *, deliver: bool = True) -> None:
         # Detach before a shared thread sees the end and detaches: on_disconnect runs in the closing thread.
         try:

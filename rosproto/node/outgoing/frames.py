@@ -127,6 +127,9 @@ class OutgoingLink(Protocol):
     def has_arrived(self) -> bool | None:
         """Whether the subscriber's computer has received all bytes; None if unknown."""
 
+    def end_sending(self) -> bool:
+        """Say that nothing more comes; return whether the subscriber disconnects when it has read that."""
+
     def close(self, *, deliver: bool = True) -> None: ...
 
     def stats(self) -> LinkStats: ...

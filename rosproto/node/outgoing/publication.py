@@ -447,6 +447,17 @@ class Publication:
 
     # -- end ------------------------------------------------------------------------------------------------
 
+    def finish(self, seconds: float) -> None:
+        """Wait until the subscribers have read everything, at most `seconds`; nothing more can be sent."""
+        deadline = Deadline(seconds)
+        try:
+            self.flush(seconds)
+        except RosError as error:
+            _log.debug("! %s: not everything was sent: %s", self.name, error)
+        reading = [link for link in self.all_links if link.end_sending()]
+        with self._lock:
+            wait_for(self._lock, lambda: not set(reading) & set(self.all_links), deadline.remaining())
+
     def close(self) -> None:
         """End all links; the operating system still delivers the bytes it has accepted."""
         with self._lock:

@@ -29,7 +29,7 @@ class Publisher:
     def __init__(
         self,
         context: Context,
-        on_close: Callable[[Publisher, Publication], None],
+        on_close: Callable[[Publisher, Publication, float], None],
         publication: Publication,
         *,
         latch: bool,
@@ -187,11 +187,17 @@ class Publisher:
         """As `close`, while the node closes: the topic is already unregistered."""
         self._closed = True
 
-    def close(self) -> None:
-        """Stop publishing; the last publisher of the topic unregisters it. May be called twice."""
+    def close(self, wait: float = 0.0) -> None:
+        """Stop publishing; the last publisher of the topic unregisters it. May be called twice.
+
+        Args:
+            wait: Seconds at most to wait, before the topic is unregistered, until the subscribers have read
+                everything. Told by the master that the publisher is gone, a subscriber (also rospy, roscpp)
+                disconnects at once; what it has received but not read is lost.
+        """
         if not self._closed:
             self._closed = True
-            self._on_close(self, self._publication)
+            self._on_close(self, self._publication, wait)
 
     def __enter__(self) -> Publisher:
         return self

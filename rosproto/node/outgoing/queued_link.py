@@ -299,6 +299,10 @@ class QueuedLink:
                     f"{self.topic}: {self.caller_id} is gone: {self._error}", peer=self.address
                 )
 
+    def end_sending(self) -> bool:
+        """Say that nothing more comes; return whether the subscriber disconnects when it has read that."""
+        return False
+
     def close(self, *, deliver: bool = True) -> None:
         """End the link and drop its queue.
 

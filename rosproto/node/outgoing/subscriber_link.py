@@ -396,6 +396,18 @@ class SubscriberLink(QueuedLink):
                 self._send_batch()
             set_linger(self.sock, deliver)
 
+    def end_sending(self) -> bool:
+        """See `QueuedLink.end_sending`."""
+        self._flush()
+        with self._lock:
+            if self._closed or self._blocked:
+                return False
+            try:
+                self.sock.shutdown(socket.SHUT_WR)
+            except OSError:
+                pass  # the other side closed first; the monitor sees it
+            return True
+
     def _hang_up(self, deliver: bool) -> None:
         if deliver:
             try:

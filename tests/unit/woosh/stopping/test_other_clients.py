@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from types import SimpleNamespace
 
@@ -95,3 +96,23 @@ def test_a_master_that_is_slow_once_is_asked_again(graph: Graph) -> None:
     graph.looks = looks
     report = graph.end_them()
     assert (report.problems, report.cancelled) == ([], ["the program /driver"])
+
+
+def test_only_goals_that_were_there_are_cancelled_again() -> None:
+    """A goal that somebody sends after the stop goes on."""
+    told = iter([{"old": 1}, {"old": 1, "new": 0}, {"old": 1, "new": 1}, {"old": 6, "new": 1}])
+    sent: list[str] = []
+
+    class Statuses:
+        def next(self, timeout: float) -> object:
+            time.sleep(0.3)
+            goals = next(told).items()
+            return SimpleNamespace(
+                status_list=[SimpleNamespace(goal_id=SimpleNamespace(id=id), status=s) for id, s in goals]
+            )
+
+    publisher = SimpleNamespace(publish=lambda id: sent.append(id))
+    first = other_clients._goals(Statuses(), 1.0)  # type: ignore[arg-type]
+    assert other_clients._cancelled_by_id(publisher, Statuses(), first, Deadline(20.0))  # type: ignore[arg-type]
+    assert set(sent) == {"old"}
+    assert next(told, None) is None
