@@ -72,7 +72,7 @@ def test_in_asyncio_it_is_awaited_and_called_in_the_loop(sim) -> None:
             assert await robot.connected
             off = robot.on_connection(heard.set_result)
             try:
-                return await asyncio.wait_for(heard, 5.0)
+                return await asyncio.wait_for(heard, 60.0)
             finally:
                 off()
 

@@ -184,7 +184,7 @@ def test_a_failed_step_is_tried_again_and_then_leads_where_the_file_says(
 
 def test_a_queue_is_carried_out_in_its_order(missions: Missions) -> None:
     """Entries begin one after the other; removed ones do not."""
-    first = missions.run(mission('do = "wait"; seconds = 0.5'))
+    first = missions.run(mission(ASK))
     names = ("one", "two", "three")  # each takes the lease by its name
     ids = [missions.append(replace(mission('do = "wait"; seconds = 0.2'), name=name)).id for name in names]
     missions.reorder(ids[2], 0)
@@ -192,8 +192,9 @@ def test_a_queue_is_carried_out_in_its_order(missions: Missions) -> None:
     assert [entry.id for entry in missions.state.queue] == [ids[2], ids[0]]
     with pytest.raises(MissionError, match="append yours to the queue"):
         missions.run(mission('do = "wait"; seconds = 0'))
-    first.wait(10.0)
-    missions.wait_for(lambda: not missions.state.queue and run_of(missions).phase.over, 10.0)
+    missions.answer("a")
+    first.wait(20.0)
+    missions.wait_for(lambda: not missions.state.queue and run_of(missions).phase.over, 60.0)
     started = [notice.run for notice in missions.state.notices if notice.kind == "start"]
     assert started == [first.id, ids[2], ids[0]]
     assert not missions.state.paused
