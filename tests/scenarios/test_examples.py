@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.extras import needs
 from tests.support.robot_pool import RobotPool
 from tests.support.warm import WarmPython
 
@@ -35,6 +36,8 @@ def robots() -> Iterator[RobotPool]:
 def test_the_example_runs(name: str, python: WarmPython, robots: RobotPool, tmp_path: Path) -> None:
     """`examples/_robot.py` takes the address of the command line, or starts a chassis of its own (see below)."""
     script = ROOT / "examples" / name
+    if re.search(r"^(?:from|import) mcp\b", script.read_text("utf-8"), re.MULTILINE):
+        needs("mcp")
     if uses := re.search(r"\brobot\((?:speed=([\d.]+))?\)", script.read_text("utf-8")):
         robot = robots.take(float(uses[1] or 8.0))
         done = python.run(script, tmp_path, [robot.sim.master_uri])

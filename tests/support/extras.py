@@ -12,6 +12,7 @@ _MODULES = {
     "cli": ("PIL",),
     "fleet": ("paho.mqtt.client",),
     "foxglove": ("websockets",),
+    "mcp": ("mcp", "PIL"),
     "web": ("fastapi", "uvicorn", "websockets"),
 }
 
