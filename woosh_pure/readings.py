@@ -5,6 +5,7 @@ Below them: scans and paths as points of the robot, or of the map.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -259,3 +260,41 @@ def _fixed_links(chassis: Readings) -> dict[str, Transform]:
 
     links = (link for reading in chassis.feed("tf_static").history for link in reading.message.transforms)
     return {link.source: link for link in map(Transform.from_message, links)}
+
+
+def free_ways(points: NDArray[np.floating], width: float) -> dict[str, float]:
+    """Return the distance in m from base_link to the first obstacle, in its four directions.
+
+    Only points in a lane of `width` count: a wall beside the robot is not ahead.
+
+    Args:
+        points: (N, 2) m in base_link.
+        width: Width of the lane, m.
+    """
+    found = {}
+    for name, along, across in (
+        ("ahead", points[:, 0], points[:, 1]),
+        ("left", points[:, 1], points[:, 0]),
+        ("right", -points[:, 1], points[:, 0]),
+        ("behind", -points[:, 0], points[:, 1]),
+    ):
+        here = along[(along > 0.0) & (abs(across) <= width / 2.0)]
+        found[name] = float(here.min()) if here.size else math.inf
+    return found
+
+
+def nearest_of(points: NDArray[np.floating]) -> tuple[float, float] | None:
+    """Return distance (m) and direction (degrees, 0 ahead, left positive) of the nearest point."""
+    import numpy as np
+
+    if not len(points):
+        return None
+    distances = np.hypot(points[:, 0], points[:, 1])
+    x, y = points[int(distances.argmin())]
+    return float(distances.min()), math.degrees(math.atan2(y, x))
+
+
+def side_of(degrees: float) -> str:
+    """Return the robot's side in a direction."""
+    sides = ("ahead", "ahead left", "left", "behind left", "behind", "behind right", "right", "ahead right")
+    return sides[round(degrees / 45.0) % 8]

@@ -96,7 +96,7 @@ def as_stop(scope: Scope) -> Scope | None:
 
 def needs_token(path: str) -> bool:
     """Whether a path needs the token. The page's files are public; its data is not."""
-    is_api = "/api/v1/" in path or path == "/openapi.json"
+    is_api = "/api/v1/" in path or path in ("/openapi.json", "/mcp")
     return is_api and not any(path.endswith(open_) for open_ in _OPEN_TO_ALL)
 
 

@@ -114,10 +114,13 @@ class RecordingManager:
 
     Args:
         folder: Where the bags are kept. With None, the first recording creates a temporary folder.
+
+    Attributes:
+        folder: As given, or that temporary folder.
     """
 
     def __init__(self, chassis: Chassis, folder: Path | None = None) -> None:
-        self._chassis, self._folder = chassis, folder
+        self._chassis, self.folder = chassis, folder
         self._lock = threading.Lock()
         self._numbers = itertools.count(1)
         self._all: dict[str, Recording] = {}
@@ -140,8 +143,8 @@ class RecordingManager:
                     _logger.warning("! the bag of recording %s cannot be deleted: %s", old, error)
                 else:
                     del self._all[old]
-            if self._folder is None:
-                self._folder = Path(tempfile.mkdtemp(prefix="woosh-web-"))
+            if self.folder is None:
+                self.folder = Path(tempfile.mkdtemp(prefix="woosh-web-"))
             number = str(next(self._numbers))
             path = self._free(time.strftime("%Y%m%d-%H%M%S"), number)
             try:
@@ -162,11 +165,11 @@ class RecordingManager:
             return found
 
     def _free(self, stamp: str, number: str) -> Path:
-        assert self._folder is not None
-        path, more = self._folder / f"woosh-{stamp}-{number}.bag", 1
+        assert self.folder is not None
+        path, more = self.folder / f"woosh-{stamp}-{number}.bag", 1
         while path.exists():
             more += 1
-            path = self._folder / f"woosh-{stamp}-{number}-{more}.bag"
+            path = self.folder / f"woosh-{stamp}-{number}-{more}.bag"
         return path
 
     def end(self, number: str) -> Recording:

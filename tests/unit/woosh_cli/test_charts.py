@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from tests.support.png import read_png
-from woosh_pure.cli.commands.devices import _word, free_ways, nearest_of
 from woosh_pure.cli.output import Output
-from woosh_pure.cli.picture import BOTTOM, LEFT, LINES, MARK, PATH, RIGHT, TOP, chart_of, chart_png, step_of
+from woosh_pure.maps.picture import BOTTOM, LEFT, LINES, MARK, PATH, RIGHT, TOP, chart_of, chart_png, step_of
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark
+from woosh_pure.readings import free_ways, nearest_of, side_of
 
 pytest.importorskip("PIL", reason="needs the extra `cli`")
 
@@ -97,5 +97,5 @@ def test_a_wall_beside_the_lane_is_not_ahead() -> None:
 
 
 def test_sides_in_words() -> None:
-    found = [_word(d) for d in (0, 44, 90, 179, -179, -90, -45, -10)]
+    found = [side_of(d) for d in (0, 44, 90, 179, -179, -90, -45, -10)]
     assert found == ["ahead", "ahead left", "left", "behind", "behind", "right", "ahead right", "ahead"]

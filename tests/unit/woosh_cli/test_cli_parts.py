@@ -28,7 +28,7 @@ from woosh_pure.cli import main
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.commands.devices import image_png
 from woosh_pure.cli.output import LogLines, Output
-from woosh_pure.cli.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
+from woosh_pure.maps.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
 from woosh_pure.cli.screen import Scene, Screen
 from woosh_pure.enums import RobotState
 from woosh_pure.errors import GoalFailed, MotionRefused

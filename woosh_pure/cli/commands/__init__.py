@@ -53,6 +53,7 @@ COMMANDS = {
     "say": "let the chassis speak (where it has a voice)",
     "record": "record what the chassis sends and receives into a bag, until interrupted; moves nothing",
     "web": "show the robot in a browser, on a phone too, and serve a REST API for any language",
+    "mcp": "let an assistant look at the robot, and move it within limits if you allow that",
     "foxglove": "show the chassis live in Foxglove and Lichtblick; read only unless you open something",
     "robot-api": "answer programs for the Robot API (port 5480); read only unless you open something",
     "vda5050": "connect the chassis to a fleet manager, by VDA 5050 over MQTT",

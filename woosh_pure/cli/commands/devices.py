@@ -19,9 +19,6 @@ from woosh_pure.geometry import Pose2D, yaw_from_quaternion
 from woosh_pure.values.state import Image, Imu, LaserScan, PointCloud
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from woosh_pure.chassis import Chassis
 
 
@@ -68,7 +65,7 @@ def add_scan(parser: ArgumentParser) -> None:
 def run_scan(args: Namespace, out: Output) -> None:
     if args.map and not args.png:
         raise ValueError("--map draws the scan into the map: give --png FILE, too")
-    from woosh_pure.readings import scan_in_base
+    from woosh_pure.readings import free_ways, nearest_of, scan_in_base, side_of
 
     with connect(args, out) as chassis:
         chassis.feed("tf_static").open()
@@ -87,7 +84,7 @@ def run_scan(args: Namespace, out: Output) -> None:
                 "nearest {metres:.2f} m from the robot's centre, at {degrees:.0f}° ({side})",
                 metres=nearest[0],
                 degrees=nearest[1],
-                side=say(_word(nearest[1])),
+                side=say(side_of(nearest[1])),
             )
         out.line("free in a lane of {width:g} m, from the robot's centre:", width=args.width)
         for name, distance in ways.items():
@@ -111,46 +108,8 @@ def run_scan(args: Namespace, out: Output) -> None:
     )
 
 
-def _word(degrees: float) -> str:
-    """Return the robot's side in a direction."""
-    sides = ("ahead", "ahead left", "left", "behind left", "behind", "behind right", "right", "ahead right")
-    return sides[round(degrees / 45.0) % 8]
-
-
-def free_ways(points: NDArray[np.floating], width: float) -> dict[str, float]:
-    """Return the distance in m from base_link to the first obstacle, in its four directions.
-
-    Only points in a lane of `width` count: a wall beside the robot is not ahead.
-
-    Args:
-        points: (N, 2) m in base_link.
-        width: Width of the lane, m.
-    """
-    found = {}
-    for name, along, across in (
-        ("ahead", points[:, 0], points[:, 1]),
-        ("left", points[:, 1], points[:, 0]),
-        ("right", -points[:, 1], points[:, 0]),
-        ("behind", -points[:, 0], points[:, 1]),
-    ):
-        here = along[(along > 0.0) & (abs(across) <= width / 2.0)]
-        found[name] = float(here.min()) if here.size else math.inf
-    return found
-
-
-def nearest_of(points: NDArray[np.floating]) -> tuple[float, float] | None:
-    """Return distance (m) and direction (degrees, 0 ahead, left positive) of the nearest point."""
-    import numpy as np
-
-    if not len(points):
-        return None
-    distances = np.hypot(points[:, 0], points[:, 1])
-    x, y = points[int(distances.argmin())]
-    return float(distances.min()), math.degrees(math.atan2(y, x))
-
-
 def _draw_scan(chassis: Chassis, scan: LaserScan, args: Namespace, out: Output) -> bytes:
-    from woosh_pure.cli.picture import blank_around, chart_png
+    from woosh_pure.maps.picture import blank_around, chart_png
     from woosh_pure.readings import scan_in_base, scan_in_map
 
     if not args.map:

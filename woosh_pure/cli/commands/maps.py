@@ -100,7 +100,7 @@ def _save_map(args: Namespace, out: Output) -> None:
 
 
 def _draw_map(chassis: Chassis, grid: GridMap, listen: float, out: Output) -> bytes:
-    from woosh_pure.cli.picture import chart_png
+    from woosh_pure.maps.picture import chart_png
     from woosh_pure.readings import scan_in_map
 
     pose = scan = None

@@ -128,7 +128,7 @@ def run_plan(args: Namespace, out: Output) -> int:
         with out.working("planning"):
             path = chassis.plan(target, start, tolerance=args.tolerance)
         if args.png:
-            from woosh_pure.cli.picture import chart_png
+            from woosh_pure.maps.picture import chart_png
 
             with out.working("fetching the map"):
                 grid = chassis.get_map()

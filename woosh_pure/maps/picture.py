@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rosproto.sentence import say
-from woosh_pure.cli.output import Output
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
@@ -20,6 +19,8 @@ from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from PIL.Image import Image
+
+    from woosh_pure.cli.output import Output
 
 
 Color = tuple[int, int, int]
