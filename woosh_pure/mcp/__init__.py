@@ -30,50 +30,45 @@ __all__ = ["Limits", "server"]
 def server(
     chassis: Chassis | Mapping[str, Chassis],
     *,
-    limits: Limits = Limits(),
+    limits: Limits | None = None,
     allow_motion: bool = False,
     confirm: Confirming = "always",
     marks: Iterable[NamedPlace] = (),
     recordings: str | Path | None = None,
 ) -> MCPServer:
-    """Return an MCP server of one or more robots. It moves nothing without `allow_motion`.
-
-    Open each Chassis with `watchdog=True`, run the server, and close the Chassis afterwards.
+    """Return an MCP server of one or more robots. Open each Chassis with `watchdog=True` before it runs.
 
     Args:
         chassis: The robot, or several by name.
-        limits: Where and how they may be moved.
+        limits: Where and how they may be moved; None for 120 s as the only limit.
         allow_motion: Whether there are tools that move them.
         confirm: Whether a person is asked before each motion: "always" (a client that cannot ask may not move
             anything), "when-possible" (where the client can ask), "never".
-        marks: Marks beside those that the robot names itself, as of `woosh_pure.web.app`.
-        recordings: Folder of bags, whose names are listed.
+        marks: Marks beside those that the robot names itself.
+        recordings: Folder of bags, whose names and sizes are listed.
 
     Raises:
         ImportError: The extra `mcp` is not installed.
         ValueError: `confirm` is none of these.
     """
     require()
-    from woosh_pure.mcp.motion import CONFIRM
     from woosh_pure.mcp.server import Door
 
-    if confirm not in CONFIRM:
-        raise ValueError(
-            say("confirm={confirm!r}: expected one of {names}", confirm=confirm, names=[*CONFIRM])
-        )
-    made = robots(chassis if isinstance(chassis, Mapping) else {"robot": chassis}, marks, recordings)
-    return Door(made, limits, allow_motion=allow_motion, confirm=confirm).mcp
+    if confirm not in ("always", "when-possible", "never"):
+        raise ValueError(say("confirm={confirm!r}: expected always, when-possible or never", confirm=confirm))
+    named = chassis if isinstance(chassis, Mapping) else {"robot": chassis}
+    made = robots(named, marks, recordings)
+    return Door(made, limits or Limits(), allow_motion=allow_motion, confirm=confirm).mcp
 
 
 def robots(
     chassis: Mapping[str, Chassis], marks: Iterable[NamedPlace] = (), recordings: str | Path | None = None
 ) -> dict[str, Robot]:
-    """Return the robots of a server, by name, with what it keeps of each: journal, goals, map, marks."""
+    """Return the robots of a server with what it keeps of each: journal, goals, map, marks."""
     from woosh_pure.web.marks import MarkList
     from woosh_pure.web.robot import Robot
 
-    shared = MarkList(marks)
-    folder = None if recordings is None else Path(recordings)
+    shared, folder = MarkList(marks), None if recordings is None else Path(recordings)
     return {name: Robot(name, one, marks=shared, recordings=folder) for name, one in chassis.items()}
 
 
@@ -83,6 +78,7 @@ def require() -> None:
     Raises:
         ImportError: It is not; the message says what to install.
     """
-    for name in ("mcp", "PIL"):
+    for module in ("mcp.server", "PIL"):
+        name = module.partition(".")[0]
         missing = say('an assistant\'s tools need {name}: pip install ".[mcp]"', name=name)
-        optional_module("mcp.server" if name == "mcp" else name, ImportError(missing, name=name))
+        optional_module(module, ImportError(missing, name=name))

@@ -1,30 +1,27 @@
-"""Where and how an assistant may move the robot. Pure: it judges a target before, and poses and paths on the way."""
+"""Where and how an assistant may move the robot: judges a target, and poses and paths on the way. Pure."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.steps import MAX_SPEED
 
-MAX_MOTION_SECONDS = 3600.0
-DISTANCE_SLACK, SPEED_SLACK = 0.1, 0.05
-"""m and m/s by which the measured place and speed of a drive may exceed the limits."""
+MAX_MOTION_SECONDS, DISTANCE_SLACK, SPEED_SLACK = 3600.0, 0.1, 0.05
+"""s; m and m/s by which a measured place and speed may exceed the limits."""
 Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The limits of each motion; they are kept by the server, whatever a client asks for.
+    """The limits of each motion, kept by the server.
 
     Attributes:
         only_marks: Only drives to known marks; no poses, steps or turns.
-        area: Corners of the only area that may be driven in, m in the map; () for no such limit. It is judged
-            by the robot's centre.
+        area: Corners of the area that must not be left, m in the map; () for none. The robot's centre counts.
         max_distance: How far from where a motion begins it may lead, m; None for no limit.
         max_speed: m/s; None for no limit.
         max_seconds: After so many seconds a motion is ended.
@@ -40,18 +37,14 @@ class Limits:
     max_seconds: float = 120.0
 
     def __post_init__(self) -> None:
-        for name, value, most in (
-            ("max_distance", self.max_distance, math.inf),
-            ("max_speed", self.max_speed, MAX_SPEED),
-            ("max_seconds", self.max_seconds, MAX_MOTION_SECONDS),
-        ):
-            if value is not None and not (math.isfinite(value) and 0.0 < value <= most):
-                wrong = "{name}={value:g}: expected more than 0, and at most {most:g}"
-                raise ValueError(say(wrong, name=name, value=value, most=most))
-        if self.area and (
-            len(self.area) < 3 or not all(math.isfinite(v) for point in self.area for v in point)
-        ):
-            raise ValueError("the area needs at least three corners, each of two finite numbers in m")
+        most = {"max_distance": math.inf, "max_speed": MAX_SPEED, "max_seconds": MAX_MOTION_SECONDS}
+        for name, maximum in most.items():
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and 0.0 < value <= maximum):
+                wrong = "{name}={value}: expected more than 0 and at most {maximum:g}"
+                raise ValueError(say(wrong, name=name, value=value, maximum=maximum))
+        if 0 < len(self.area) < 3 or not all(math.isfinite(x) and math.isfinite(y) for x, y in self.area):
+            raise ValueError("an area has at least three corners, each of two finite numbers in m")
 
     @property
     def by_place(self) -> bool:
@@ -59,50 +52,36 @@ class Limits:
         return bool(self.area) or self.max_distance is not None
 
     def refusal(self, here: Pose2D | None, target: Pose2D | None, *, straight: bool = False) -> str:
-        """Why a motion from here to a target is refused; "" if it is not.
+        """Why a motion to a target is refused; "" if it is not. Poses are in the map, None if not known.
 
         Args:
-            here: Where the robot is, in the map; None if that is not known.
-            target: Where it would be at the end; None if that is not known.
+            here, target: Where the robot is, and where it would be at the end.
             straight: Whether it would go there in a straight line.
         """
         if not self.by_place:
             return ""
-        if here is None:
-            return "where the robot is in its map is not known now, so the limits cannot be kept"
-        if target is None:
-            return "the place of the target is not known, so the limits cannot be kept"
-        if not target.frame.lstrip("/") == here.frame.lstrip("/") == "map":
-            return "the limits need poses in the map"
-        return self.leaves(here, [here, target], straight=straight, slack=0.0)
+        if here is None or target is None:
+            what = "where the robot is" if here is None else "the place of the target"
+            return say("{what} is not known now, so the limits cannot be kept", what=say(what))
+        line = (here.x, here.y), (target.x, target.y)
+        if straight and any(_cross(*line, *edge) for edge in _edges(self.area)):
+            return "the straight way leaves the allowed area"
+        return self.leaves(here, [here, target], slack=0.0)
 
-    def leaves(
-        self, start: Pose2D, way: Sequence[Pose2D], *, straight: bool = False, slack: float = DISTANCE_SLACK
-    ) -> str:
-        """Why a way (one pose: where the robot is) breaks the limits; "" if it does not.
-
-        Args:
-            start: Where the motion began.
-            way: Poses in the map.
-            straight: Whether the lines between the poses count, too.
-            slack: m that it may be farther away, for measured poses.
-        """
+    def leaves(self, start: Pose2D, way: Iterable[Pose2D], slack: float = DISTANCE_SLACK) -> str:
+        """Why a way breaks the limits of a motion that began at `start`; "" if it does not."""
         for pose in way:
-            if not (math.isfinite(pose.x) and math.isfinite(pose.y)):
-                return "a pose is not a number, so the limits cannot be kept"
+            if not (math.isfinite(pose.x) and math.isfinite(pose.y)) or pose.frame.lstrip("/") != "map":
+                return "a place is not known in the map, so the limits cannot be kept"
             if self.max_distance is not None and (far := start.distance_to(pose)) > self.max_distance + slack:
-                wrong = "{far:.2f} m from where it began; at most {most:g} m are allowed"
-                return say(wrong, far=far, most=self.max_distance)
-            if self.area and not contains(self.area, (pose.x, pose.y)):
+                wrong = "{far:.2f} m from where it began; {maximum:g} m are allowed"
+                return say(wrong, far=far, maximum=self.max_distance)
+            if self.area and not contains(self.area, pose):
                 return say("x {x:.2f} m, y {y:.2f} m is outside the allowed area", x=pose.x, y=pose.y)
-        if straight and self.area:
-            for a, b in pairwise((pose.x, pose.y) for pose in way):
-                if any(_cross(a, b, *edge) for edge in edges(self.area)):
-                    return "the straight way leaves the allowed area"
         return ""
 
     def speed(self, wanted: float, default: float) -> float:
-        """The speed to send, m/s, for one that is wanted (0: the robot's own, `default`).
+        """The speed to send for a wanted one (0: the robot's own, `default`), m/s.
 
         Raises:
             ValueError: It is above the limit.
@@ -110,13 +89,9 @@ class Limits:
         if self.max_speed is None:
             return wanted
         if wanted > self.max_speed:
-            wrong = "{wanted:g} m/s is faster than the {most:g} m/s that are allowed"
-            raise ValueError(say(wrong, wanted=wanted, most=self.max_speed))
+            wrong = "{wanted:g} m/s is too fast; {maximum:g} m/s are allowed"
+            raise ValueError(say(wrong, wanted=wanted, maximum=self.max_speed))
         return wanted or min(default, self.max_speed)
-
-    def too_fast(self, measured: float) -> bool:
-        """Whether a measured speed, m/s, is above the limit."""
-        return self.max_speed is not None and abs(measured) > self.max_speed + SPEED_SLACK
 
 
 def area_of(text: str) -> tuple[Point, ...]:
@@ -125,35 +100,23 @@ def area_of(text: str) -> tuple[Point, ...]:
     Raises:
         ValueError: It is not such a file.
     """
-    found: list[Point] = []
-    for number, line in enumerate(text.splitlines(), 1):
-        words = line.partition("#")[0].replace(",", " ").split()
-        if not words:
-            continue
-        try:
-            x, y = map(float, words)
-        except ValueError:
-            wrong = "line {number}: expected X,Y in metres, such as 1.5,-2"
-            raise ValueError(say(wrong, number=number)) from None
-        found.append((x, y))
-    if len(found) < 3:
-        raise ValueError("an area needs at least three corners, a line X,Y for each")
-    return Limits(area=tuple(found)).area
+    lines = [line.partition("#")[0].replace(",", " ").split() for line in text.splitlines()]
+    try:
+        area = tuple((float(x), float(y)) for x, y in filter(None, lines))
+    except ValueError:
+        raise ValueError("an area file has a line X,Y for each corner, in metres, such as 1.5,-2") from None
+    return Limits(area=area or ((0.0, 0.0),)).area
 
 
-def edges(area: Sequence[Point]) -> Iterable[tuple[Point, Point]]:
-    """The edges of a polygon."""
-    return zip(area, (*area[1:], area[0]), strict=True)
+def contains(area: Sequence[Point], pose: Pose2D) -> bool:
+    """Whether a place is inside a polygon (even-odd rule)."""
+    above = [(a, b) for a, b in _edges(area) if (a[1] > pose.y) != (b[1] > pose.y)]
+    right = [a for a, b in above if pose.x < (b[0] - a[0]) * (pose.y - a[1]) / (b[1] - a[1]) + a[0]]
+    return len(right) % 2 == 1
 
 
-def contains(area: Sequence[Point], point: Point) -> bool:
-    """Whether a point is inside a polygon (even-odd rule)."""
-    x, y = point
-    inside = False
-    for (ax, ay), (bx, by) in edges(area):
-        if (ay > y) != (by > y) and x < (bx - ax) * (y - ay) / (by - ay) + ax:
-            inside = not inside
-    return inside
+def _edges(area: Sequence[Point]) -> Iterable[tuple[Point, Point]]:
+    return zip(area, (*area[1:], *area[:1]), strict=True)
 
 
 def _cross(a: Point, b: Point, c: Point, d: Point) -> bool:

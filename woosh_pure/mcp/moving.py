@@ -14,12 +14,11 @@ from pydantic import Field
 from rosproto.sentence import say as words
 from rosproto.sentence import shown
 from woosh_pure.geometry import Pose2D
-from woosh_pure.maps.marks import UserMark
 from woosh_pure.mcp import texts
 from woosh_pure.mcp.motion import OWNER, GoalRide, MissionRide, Result, Wanted
 from woosh_pure.missions import Mission
 from woosh_pure.missions.mission import MOVING
-from woosh_pure.motion.steps import MAX_DISTANCE
+from woosh_pure.motion.steps import MAX_DISTANCE, MAX_SPEED
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.web.goals import command
 from woosh_pure.web.robot import Robot
@@ -30,199 +29,158 @@ if TYPE_CHECKING:
 
 STEP_SPEED = 0.2
 """m/s: the chassis's own for a step."""
-ACTS = ToolAnnotations(
-    read_only_hint=False, destructive_hint=False, idempotent_hint=True, open_world_hint=True
-)
-MarkName = Annotated[str, Field(min_length=1, max_length=200, description="its name, as `marks` lists it")]
+ACTS = ToolAnnotations(read_only_hint=False, destructive_hint=False, idempotent_hint=True)
 Text = Annotated[str, Field(min_length=1, max_length=200)]
+Coordinate = Annotated[float, Field(ge=-10_000, le=10_000, description="m in the map")]
+Degrees = Annotated[float, Field(ge=-360, le=360, description="counter-clockwise (to the left) positive")]
+Distance = Annotated[float, Field(ge=-MAX_DISTANCE, le=MAX_DISTANCE, description="negative: back")]
+Speed = Annotated[float, Field(ge=0, le=MAX_SPEED, description="0: the robot's own, 0.2")]
 
 
-class Stopped(Result):
-    """How a stop ended."""
-
-    stands_still: bool | None = Field(description="null if that is not known")
-    sentence: str
-
-
-class Done(Result):
-    """What was done."""
+class Told(Result):
+    """What came of it."""
 
     sentence: str
+    stands_still: bool | None = Field(None, description="of a stop; null if not known")
 
 
-def add(door: Door, *, motion: bool) -> None:
-    """Add the tools to a server: those that move the robot only with `motion`."""
-    door.tool(ACTS, noted=False)(stop)
-    for tool in (stop_mission, say, lights):
-        door.tool(ACTS)(tool)
-    if motion:
-        _add_moving(door, door.limits)
-
-
-async def stop(robot: Robot) -> Stopped:
-    """Stop the robot now, whoever moves it. It is never refused. It is no emergency stop."""
+async def stop(robot: Robot) -> Told:
+    """Stop the robot now, whoever moves it. Never refused. It is no emergency stop."""
     return _stopped(await asyncio.wrap_future(robot.begin_stop(OWNER)))
 
 
-def stop_mission(robot: Robot) -> Stopped:
+def stop_mission(robot: Robot) -> Told:
     """Stop the robot, end the mission that runs, and pause the queue of missions."""
     return _stopped(robot.chassis.missions.stop(by=OWNER))
 
 
-def _stopped(report: StopReport) -> Stopped:
-    return Stopped(stands_still=report.standing, sentence=texts.data(shown(str(report)), 1000))
+def _stopped(report: StopReport) -> Told:
+    return Told(sentence=texts.data(shown(str(report)), 1000), stands_still=report.standing)
 
 
-def say(robot: Robot, text: Text) -> Done:
+def say(robot: Robot, text: Text) -> Told:
     """Let the robot speak, where it has a voice."""
-    robot.require_connection()
     robot.chassis.say(texts.data(text, 200))
-    return Done(sentence="it was told to speak")
+    return Told(sentence="it was told to speak")
 
 
-def lights(
-    robot: Robot, color: Annotated[str, Field(max_length=20, description='"red", or "ff8000"')]
-) -> Done:
+def lights(robot: Robot, color: Annotated[str, Field(max_length=20, description="red, or ff8000")]) -> Told:
     """Set the colour of the robot's light strip."""
-    robot.require_connection()
     robot.chassis.light(color=color)
-    return Done(sentence="the light was set")
+    return Told(sentence="the light was set")
 
 
-def _add_moving(door: Door, limits: Limits) -> None:
-    seconds = limits.max_seconds
+def answer_mission(robot: Robot, answer: Text) -> Told:
+    """Answer the question of the mission that `start_mission` carries out."""
+    active = robot.chassis.missions.state.active
+    if active is None or active.entry.by != OWNER:
+        raise ValueError("no mission that an assistant has started asks a question now")
+    robot.chassis.missions.answer(answer, by=OWNER, run=active.entry.id)
+    return Told(sentence="the mission goes on")
 
-    def ride(
-        robot: Robot, kind: str, what: Any, verb: Callable[[], Any], target: Any = None
-    ) -> Callable[[], GoalRide]:
-        place = None if target is None else {"x": target.x, "y": target.y}
-        return lambda: GoalRide(robot.goals.begin(kind, OWNER, what, verb, target=place))
 
-    def to_mark(robot: Robot, kind: str, mark: str) -> Wanted:
-        known = _find(robot, mark)
-        name, pose = (mark, None) if known is None else (known.name, known.pose)
-        what = command(kind, mark=texts.data(name, 200))
-        verb: Callable[[], Any] = partial(
-            getattr(robot.chassis, "go_to_mark" if kind == "mark" else kind), name, timeout=seconds
-        )
-        if known is not None and not known.on_chassis and pose is not None and kind == "mark":
-            verb = partial(robot.chassis.go_to, pose.x, pose.y, pose.yaw, timeout=seconds)
-        missing = "no mark of that name is known" if known is None and limits.only_marks else ""
-        return Wanted(
-            what, ride(robot, kind, what, verb, pose), lambda here: pose, check=lambda here: missing
-        )
+def add(door: Door, *, motion: bool) -> None:
+    """Add the tools to a server: those that move the robot only with `motion`."""
+    door.tool(ACTS, noted=False, live=False)(stop)
+    door.tool(ACTS, live=False)(stop_mission)
+    door.tool(ACTS)(say)
+    door.tool(ACTS)(lights)
+    if motion:
+        door.tool(ACTS)(answer_mission)
+        _add_to_marks(door, door.limits)
+        if not door.limits.only_marks:
+            _add_free(door, door.limits)
+
+
+def _goal(robot: Robot, kind: str, verb: Callable[[], Any], target: Pose2D | None, **values: object) -> Any:
+    """The command of a goal, and what starts it."""
+    what, place = command(kind, **values), target and {"x": target.x, "y": target.y}
+    return what, lambda: GoalRide(robot.goals.begin(kind, OWNER, what, verb, target=place))
+
+
+def _add_to_marks(door: Door, limits: Limits) -> None:
+    def wanted(robot: Robot, kind: str, mark: str) -> Wanted:
+        listed = robot.all_marks()
+        known = [one for one in listed if one.name == mark or texts.data(one.name, 200) == mark][:1]
+        name, pose = (known[0].name, known[0].pose) if known else (mark, None)
+        drive = getattr(robot.chassis, "go_to_mark" if kind == "mark" else kind)
+        verb: Callable[[], Any] = partial(drive, name, timeout=limits.max_seconds)
+        if kind == "mark" and pose and not known[0].on_chassis:  # a place of the list
+            verb = partial(robot.chassis.go_to, pose.x, pose.y, pose.yaw, timeout=limits.max_seconds)
+        missing = "no mark of that name is known" if limits.only_marks and not known else ""
+        what = _goal(robot, kind, verb, pose, mark=texts.data(name, 200))
+        return Wanted(*what, target=lambda here: pose, check=lambda here: missing)
 
     @door.moves("Let the robot drive to the mark {mark}?")
-    def go_to_mark(robot: Robot, mark: MarkName) -> Wanted:
+    def go_to_mark(robot: Robot, mark: Text) -> Wanted:
         """Drive to a mark. Returns when the robot has arrived, or with the reason why not."""
-        return to_mark(robot, "mark", mark)
+        return wanted(robot, "mark", mark)
 
     @door.moves("Let the robot park at the mark {mark}?")
-    def park(robot: Robot, mark: MarkName) -> Wanted:
+    def park(robot: Robot, mark: Text) -> Wanted:
         """Drive to a parking mark and park. Returns at its end."""
-        return to_mark(robot, "park", mark)
+        return wanted(robot, "park", mark)
 
     @door.moves("Let the robot drive to the charger {mark} and charge?")
-    def charge(robot: Robot, mark: MarkName) -> Wanted:
+    def charge(robot: Robot, mark: Text) -> Wanted:
         """Drive to a charger and charge. Returns at its end."""
-        return to_mark(robot, "charge", mark)
+        return wanted(robot, "charge", mark)
 
-    @door.moves("Start the mission {mission}? The robot moves as its steps say.")
+    @door.moves("Start the mission {mission} with {parameters}? The robot moves as its steps say.")
     def start_mission(
-        robot: Robot,
-        mission: Annotated[
-            str, Field(min_length=1, max_length=100, description="its file, as `missions` lists it")
-        ],
-        parameters: Annotated[dict[str, str | float | bool], Field(max_length=50)] = {},
+        robot: Robot, mission: Text, parameters: dict[str, str | float | bool] | None = None
     ) -> Wanted:
-        """Start a mission and follow it to its end; it is stopped when this call ends before. A question of it is
-        answered by `answer_mission` meanwhile."""
-        found = robot.missions.file(mission).mission
+        """Start a mission, by its file's name, and follow it to its end; it stops when this call ends before.
+        Meanwhile, `answer_mission` answers its question."""
+        found, runs = robot.missions.file(mission).mission, robot.chassis.missions
         if found is None:
-            raise ValueError(
-                words("the file of the mission {mission} is faulty", mission=texts.data(mission, 100))
-            )
-        given = found.filled(parameters)
-        missions = robot.chassis.missions
+            raise ValueError("the file of this mission is faulty; `missions` says why")
+        given = found.filled(parameters or {})
         return Wanted(
             command("mission", mission=texts.data(found.name, 100)),
-            lambda: MissionRide(robot, missions.run(found, parameters, by=OWNER)),
+            lambda: MissionRide(runs.run(found, parameters, by=OWNER)),
             check=lambda here: _mission_refusal(robot, found, given, limits, here),
-            mission=True,
+            end=partial(runs.stop, by=OWNER),
         )
-
-    @door.tool(ToolAnnotations(read_only_hint=False, destructive_hint=True, open_world_hint=True))
-    def answer_mission(robot: Robot, answer: Text, run: Annotated[str, Field(max_length=100)] = "") -> Done:
-        """Answer the question of the mission that this server's `start_mission` carries out."""
-        active = robot.chassis.missions.state.active
-        if active is None or active.entry.by != OWNER:
-            raise ValueError(words("no mission that an assistant has started asks a question now"))
-        robot.chassis.missions.answer(answer, by=OWNER, run=run)
-        return Done(sentence="the mission goes on")
-
-    if limits.only_marks:
-        return
-
-    @door.moves("Let the robot drive to x {x_m} m, y {y_m} m, heading {heading_deg} degrees?")
-    def go_to_pose(
-        robot: Robot,
-        x_m: Annotated[float, Field(ge=-1e4, le=1e4)],
-        y_m: Annotated[float, Field(ge=-1e4, le=1e4)],
-        heading_deg: Annotated[
-            float, Field(ge=-360, le=360, description="counter-clockwise from the x axis")
-        ] = 0.0,
-    ) -> Wanted:
-        """Drive to a place in the map. Returns when the robot has arrived, or with the reason why not."""
-        pose = Pose2D(x_m, y_m, math.radians(heading_deg)).require_sensible()
-        what = command("pose", x=pose.x, y=pose.y, yaw=pose.yaw)
-        verb = partial(robot.chassis.go_to, pose.x, pose.y, pose.yaw, timeout=seconds)
-        return Wanted(what, ride(robot, "pose", what, verb, pose), lambda here: pose)
-
-    @door.moves("Let the robot drive {distance_m} m straight ahead (negative: back)?")
-    def move(
-        robot: Robot,
-        distance_m: Annotated[float, Field(ge=-MAX_DISTANCE, le=MAX_DISTANCE, description="negative: back")],
-        speed_m_per_s: Annotated[float, Field(ge=0, le=2, description="0: the robot's own, 0.2")] = 0.0,
-    ) -> Wanted:
-        """Drive straight by a distance, with obstacle avoidance. Returns at its end."""
-        what, speed = command("move", distance=distance_m), limits.speed(speed_m_per_s, STEP_SPEED)
-        verb = partial(robot.chassis.move, distance_m, speed=speed, timeout=seconds)
-        return Wanted(
-            what,
-            ride(robot, "move", what, verb),
-            lambda here: here.transformed(distance_m, 0.0, 0.0),
-            straight=True,
-        )
-
-    @door.moves("Let the robot turn by {angle_deg} degrees (positive: to the left)?")
-    def turn(
-        robot: Robot, angle_deg: Annotated[float, Field(ge=-360, le=360, description="left positive")]
-    ) -> Wanted:
-        """Turn on the spot. Returns at its end."""
-        what = command("rotate", angle=math.radians(angle_deg))
-        verb = partial(robot.chassis.rotate, math.radians(angle_deg), timeout=seconds)
-        return Wanted(what, ride(robot, "rotate", what, verb), lambda here: here)
-
-
-def _find(robot: Robot, name: str) -> UserMark | None:
-    """The mark with that name, or with that name as the tools show it."""
-    all_marks = robot.all_marks()
-    return next(
-        (one for one in all_marks if one.name == name),
-        next((one for one in all_marks if texts.data(one.name, 200) == name), None),
-    )
 
 
 def _mission_refusal(robot: Robot, mission: Mission, given: Any, limits: Limits, here: Pose2D | None) -> str:
     """Why a mission is refused by its steps; "" if it is not. Their ways are judged when they are driven."""
     for step in (*mission.steps, *mission.on_abort):
-        if step.do == "call" and str(step.values.get("service", "")).startswith("$"):
-            return "it calls a service that is named by a parameter"
+        if step.do == "call":
+            return "it calls a service, which an assistant may not do"
         if step.do not in MOVING or not (limits.only_marks or limits.by_place):
             continue
-        mark = None if "mark" not in step.keys else robot.find_mark(str(step.value("mark", given)))
+        mark = robot.find_mark(str(step.value("mark", given))) if "mark" in step.keys else None
         if mark is None:
             return words("its step {step} leads to no known mark, so the limits cannot be kept", step=step.do)
         if why := limits.refusal(here, mark.pose):
             return why
     return ""
+
+
+def _add_free(door: Door, limits: Limits) -> None:
+    seconds = limits.max_seconds
+
+    @door.moves("Let the robot drive to x {x_m} m, y {y_m} m, heading {heading_deg} degrees?")
+    def go_to_pose(robot: Robot, x_m: Coordinate, y_m: Coordinate, heading_deg: Degrees = 0.0) -> Wanted:
+        """Drive to a place in the map. Returns when the robot has arrived, or with the reason why not."""
+        pose = Pose2D(x_m, y_m, math.radians(heading_deg))
+        verb = partial(robot.chassis.go_to, x_m, y_m, pose.yaw, timeout=seconds)
+        what = _goal(robot, "pose", verb, pose, x=x_m, y=y_m, yaw=pose.yaw)
+        return Wanted(*what, target=lambda here: pose)
+
+    @door.moves("Let the robot drive {distance_m} m straight ahead (negative: back)?")
+    def move(robot: Robot, distance_m: Distance, speed_m_per_s: Speed = 0.0) -> Wanted:
+        """Drive straight by a distance, with obstacle avoidance. Returns at its end."""
+        speed = limits.speed(speed_m_per_s, STEP_SPEED)
+        verb = partial(robot.chassis.move, distance_m, speed=speed, timeout=seconds)
+        what = _goal(robot, "move", verb, None, distance=distance_m)
+        return Wanted(*what, target=lambda here: here.transformed(distance_m, 0.0, 0.0), straight=True)
+
+    @door.moves("Let the robot turn by {angle_deg} degrees (positive: to the left)?")
+    def turn(robot: Robot, angle_deg: Degrees) -> Wanted:
+        """Turn on the spot. Returns at its end."""
+        angle = math.radians(angle_deg)
+        verb = partial(robot.chassis.rotate, angle, timeout=seconds)
+        return Wanted(*_goal(robot, "rotate", verb, None, angle=angle), target=lambda here: here)

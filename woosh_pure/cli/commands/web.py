@@ -29,6 +29,7 @@ from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.transport import is_loopback, local_address_towards, make_uri
 from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, simulated_marks
+from woosh_pure.cli.commands.mcp import add_limits, limits_of
 from woosh_pure.cli.commands.mission import add_webhook, use_webhook
 from woosh_pure.cli.connection import connect, reaching, watchdog_of
 from woosh_pure.cli.output import Output
@@ -37,6 +38,7 @@ from woosh_pure.maps.marks import MarkFile, UserMark, mark_file
 if TYPE_CHECKING:
     from fastapi import FastAPI
 
+    from rosproto.watchdog import Watchdog
     from woosh_pure.chassis import Chassis
     from woosh_pure.sim import SimulatedChassis
     from woosh_pure.web.server import WebServer
@@ -82,6 +84,8 @@ def add_web(parser: ArgumentParser) -> None:
     missions = "folder of missions (default: that of `woosh mission list`)"
     parser.add_argument("--missions", type=Path, metavar="FOLDER", help=missions)
     add_webhook(parser)
+    parser.add_argument("--mcp", action="store_true", help="serve assistants, too, at /mcp (extra mcp)")
+    add_limits(parser, "mcp-")
     add_max_clients(parser)
     add_watchdog(parser)
 
@@ -92,21 +96,9 @@ def run_web(args: Namespace, out: Output) -> int:
 
     require()
     AdmissionPolicy(token_of(args, TOKEN_VARIABLE)).require_token_at(args.bind)  # before a robot is asked
-    more = _further(args)
     with ExitStack() as stack:
         watchdog = stack.enter_context(watchdog_of(args))
-        first = stack.enter_context(connect(args, out, watchdog=watchdog, patient=True))
-        robots: dict[str, Chassis] = {_first(args, alone=not more): first}
-        for name, address in more:
-            if name in robots:
-                raise ValueError(
-                    say(
-                        "two robots are called {name}; give names, as --chassis hall2=192.168.1.20", name=name
-                    )
-                )
-            robots[name] = stack.enter_context(
-                connect(args, out, to=address, watchdog=watchdog, patient=True)
-            )
+        robots = connect_all(args, out, stack, watchdog, patient=True)
         simulators = {next(iter(robots)): args.simulator} if args.sim else {}
         server, waiting = stack.enter_context(page_of(robots, args, out, _marks(args, out), simulators))
         if args.allow_driving:
@@ -115,6 +107,21 @@ def run_web(args: Namespace, out: Output) -> int:
             time.sleep(0.1)
             waiting.try_again()
     return 1
+
+
+def connect_all(
+    args: Namespace, out: Output, stack: ExitStack, watchdog: Watchdog | None, *, patient: bool = False
+) -> dict[str, Chassis]:
+    """Connect to the chassis of each --chassis and --robot until the end of `stack`; return them by name."""
+    more = _further(args)
+    first = stack.enter_context(connect(args, out, watchdog=watchdog, patient=patient))
+    robots: dict[str, Chassis] = {_first(args, alone=not more): first}
+    for name, address in more:
+        if name in robots:
+            wrong = "two robots are called {name}; give names, as --chassis hall2=192.168.1.20"
+            raise ValueError(say(wrong, name=name))
+        robots[name] = stack.enter_context(connect(args, out, to=address, watchdog=watchdog, patient=patient))
+    return robots
 
 
 @contextmanager
@@ -144,6 +151,13 @@ def page_of(
         max_clients=args.max_clients,
         simulator=simulators,
     )
+    if args.mcp:
+        from woosh_pure.mcp import require
+
+        require()
+        from woosh_pure.mcp.server import mount
+
+        mount(app, limits_of(args), allow_motion=args.mcp_allow_motion, confirm=args.mcp_confirm)
     try:
         server = WebServer(app, bind=args.bind, port=args.port, tls_cert=args.tls_cert, tls_key=args.tls_key)
     except OSError as error:
@@ -247,7 +261,7 @@ def _further(args: Namespace) -> list[tuple[str, str]]:
     first, *more = each_chassis(args) or [("", "")]
     if more:
         args.chassis = first[1]  # with several, the first is the default
-    for text in args.robot:
+    for text in getattr(args, "robot", ()):
         name, address = named_host(text)
         if not (name and address):
             raise ValueError(say("--robot {text}: expected NAME=HOST, such as hall2=192.168.1.20", text=text))
