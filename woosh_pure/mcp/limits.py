@@ -80,19 +80,6 @@ class Limits:
                 return say("x {x:.2f} m, y {y:.2f} m is outside the allowed area", x=pose.x, y=pose.y)
         return ""
 
-    def speed(self, wanted: float, default: float) -> float:
-        """The speed to send for a wanted one (0: the robot's own, `default`), m/s.
-
-        Raises:
-            ValueError: It is above the limit.
-        """
-        if self.max_speed is None:
-            return wanted
-        if wanted > self.max_speed:
-            wrong = "{wanted:g} m/s is too fast; {maximum:g} m/s are allowed"
-            raise ValueError(say(wrong, wanted=wanted, maximum=self.max_speed))
-        return wanted or min(default, self.max_speed)
-
 
 def area_of(text: str) -> tuple[Point, ...]:
     """The corners of an area file: a line `X,Y` for each, m in the map; `#` begins a comment.

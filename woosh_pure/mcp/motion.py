@@ -26,7 +26,6 @@ from woosh_pure.mcp.limits import SPEED_SLACK, Limits
 from woosh_pure.missions import Phase
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.readings import known_path
-from woosh_pure.web.goals import Command
 from woosh_pure.web.http_errors import Problem, for_clients, problem_of
 
 if TYPE_CHECKING:
@@ -50,6 +49,11 @@ _WORDS: dict[object, Word] = {
     Phase.FAILED: "failed",
 }
 """Every other end is "stopped"."""
+NOT_AGREED = "the person who was asked has not agreed"
+CANNOT_ASK = (
+    "a person has to agree to each motion, and this client cannot ask one (elicitation); who runs the server "
+    "may change that by --confirm"
+)
 
 
 class Confirm(BaseModel):
@@ -138,12 +142,14 @@ class MissionRide:
         return _WORDS.get(run.phase, "stopped"), both(str(run.phase), *([run.reason] if run.reason else []))
 
 
+Ride = GoalRide | MissionRide
+
+
 @dataclass(frozen=True)
 class Wanted:
     """A motion that a tool asks for.
 
     Attributes:
-        what: The command, for the journal and the page.
         start: Begins it; blocks.
         target: Where it leads from a pose, None if not known.
         straight: Whether it leads there in a straight line.
@@ -151,92 +157,70 @@ class Wanted:
         end: Ends a mission; None for a goal.
     """
 
-    what: Command
-    start: Callable[[], GoalRide | MissionRide]
+    start: Callable[[], Ride]
     target: Callable[[Pose2D], Pose2D | None] = lambda here: None
     straight: bool = False
     check: Callable[[Pose2D | None], str] = lambda here: ""
     end: Callable[[], object] | None = None
 
 
-class Mover:
-    """Carries out the motions of one server, one at a time for each robot.
+def asks(ctx: Context[Any, Any], confirm: Confirming) -> bool:
+    """Whether a call asks the client's person."""
+    asks = ctx.client_capabilities.elicitation if ctx.client_capabilities else None
+    return confirm != "never" and asks is not None and (asks.form is not None or asks.url is None)
+
+
+def client_refusal(ctx: Context[Any, Any], confirm: Confirming) -> str:
+    """Why a client may not move anything; "" if it may."""
+    if ctx.headers is not None and (ctx.protocol_version or "") < CURRENT:
+        older = (
+            "over HTTP, a client of a protocol before {current} may not move the robot, because nobody sees "
+        )
+        return say(older + "that it is gone; use stdio, or a newer client", current=CURRENT)
+    return "" if confirm != "always" or asks(ctx, confirm) else CANNOT_ASK
+
+
+class Motion:
+    """One call that moves a robot: what it does, and where the robot was since.
 
     Args:
-        limits: The limits of each motion.
-        confirm: Whether a person is asked before each.
+        robot, wanted, limits: What is to move, how, and within which limits.
+        moving: Names of the robots that move in a call: one call moves a robot at a time.
     """
 
-    def __init__(self, limits: Limits, confirm: Confirming) -> None:
-        self.limits, self._confirm, self._busy = limits, confirm, set[str]()
-
-    def asks(self, ctx: Context[Any, Any]) -> bool:
-        """Whether this call asks the client's person."""
-        asks = ctx.client_capabilities.elicitation if ctx.client_capabilities else None
-        return self._confirm != "never" and asks is not None and (asks.form is not None or asks.url is None)
-
-    def client_refusal(self, ctx: Context[Any, Any]) -> str:
-        """Why this client may not move anything; "" if it may."""
-        if ctx.headers is not None and (ctx.protocol_version or "") < CURRENT:
-            older = "over HTTP, a client of a protocol before {current} may not move the robot, because "
-            return say(older + "nobody sees that it is gone; use stdio, or a newer client", current=CURRENT)
-        if self._confirm == "always" and not self.asks(ctx):
-            return (
-                "a person has to agree to each motion, and this client cannot ask one (elicitation); "
-                "who runs the server may change that by --confirm"
-            )
-        return ""
-
-    async def carry_out(self, robot: Robot, wanted: Wanted, ctx: Context[Any, Any], agreed: bool) -> Moved:
-        """Carry out a motion to its end, whatever that is."""
-        trip = _Trip(robot, wanted, self.limits)
-        why = self.client_refusal(ctx) or ("" if agreed else "the person who was asked has not agreed")
-        if why or robot.name in self._busy:
-            return trip.refused(why or "another call moves this robot now; wait for it, or stop it")
-        self._busy.add(robot.name)
-        try:
-            return await trip.go(ctx)
-        finally:
-            self._busy.discard(robot.name)
-
-
-class _Trip:
-    """One call that moves a robot: what it does, and where the robot was since."""
-
-    def __init__(self, robot: Robot, wanted: Wanted, limits: Limits) -> None:
-        self._robot, self._wanted, self._limits = robot, wanted, limits
-        self._lease = robot.chassis.lease
-        self._call = robot.chassis.request()  # a stop from here on prevents it
+    def __init__(self, robot: Robot, wanted: Wanted, limits: Limits, moving: set[str]) -> None:
+        self._robot, self._wanted, self._limits, self._moving = robot, wanted, limits, moving
+        self._lease, self._call = robot.chassis.lease, robot.chassis.request()
         self._begun = self._started = time.monotonic()
         self._start: Pose2D | None = None
         self._last: Pose2D | None = None
         self._metres, self._fast = 0.0, 0
 
-    async def go(self, ctx: Context[Any, Any]) -> Moved:
-        """Begin it, watch it, end it."""
-        ride: GoalRide | MissionRide | None = None
+    async def go(self, ctx: Context[Any, Any], why: str) -> Moved:
+        """Begin it, unless there is a reason why not; watch it; end it."""
+        if why or self._robot.name in self._moving:
+            return self._moved("refused", why or "another call moves this robot now; wait for it, or stop it")
+        ride: Ride | None = None
+        self._moving.add(self._robot.name)
         try:
             try:
                 if why := await run_sync(self._refusal, abandon_on_cancel=True):
-                    return self.refused(why)
+                    return self._moved("refused", why)
                 ride = await run_sync(self._begin, abandon_on_cancel=self._wanted.end is None)
             except (RosError, ValueError, Problem) as error:
                 problem = problem_of(error)
-                return self.moved(
-                    "refused" if problem.status in (404, 409, 422) else "not known", problem.text
-                )
-            why = await self._watch(ride, ctx)
-            if why:
-                self._robot.journal.note(OWNER, self._wanted.what, "stopped", why)
+                refused = problem.status in (404, 409, 422)
+                return self._moved("refused" if refused else "not known", problem.text)
+            if why := await self._watch(ride, ctx):
                 await self._end(ride)
             word, sentence = ride.result()
-            if why:
-                return self.moved(word if word == "not known" else "stopped", both(why, sentence))
-            return self.moved(word, sentence)
+            if not why:
+                return self._moved(word, sentence)
+            return self._moved("not known" if word == "not known" else "stopped", both(why, sentence))
         finally:
-            with anyio.CancelScope(shield=True):
-                await self._end(ride)
+            await self._end(ride)
             self._lease.release(OWNER)
+            self._moving.discard(self._robot.name)
 
     def _refusal(self) -> str:
         """Why the motion is refused now; "" if it is not. Blocks."""
@@ -259,12 +243,12 @@ class _Trip:
             return why
         return say("{holder} commands this robot now", holder=self._lease.holder)
 
-    def _begin(self) -> GoalRide | MissionRide:
+    def _begin(self) -> Ride:
         with self._call:
             self._started = time.monotonic()
             return self._wanted.start()
 
-    async def _watch(self, ride: GoalRide | MissionRide, ctx: Context[Any, Any]) -> str:
+    async def _watch(self, ride: Ride, ctx: Context[Any, Any]) -> str:
         """Wait for the end of a motion; why it must end before, "" if it has ended."""
         due, over = self._started, self._started + self._limits.max_seconds
         while not ride.done:
@@ -282,7 +266,7 @@ class _Trip:
             await anyio.sleep(TICK)
         return ""
 
-    async def _end(self, ride: GoalRide | MissionRide | None) -> None:
+    async def _end(self, ride: Ride | None) -> None:
         """End what has not ended, and wait for that. A mission that a person has taken over is paused."""
         if ride is not None and (ride.done or (self._wanted.end and self._taken_over())):
             return
@@ -327,7 +311,7 @@ class _Trip:
         why = limits.leaves(self._start, [here, *way])
         return both(say("it leaves its limits"), why) if why else ""
 
-    def moved(self, outcome: Word, sentence: str) -> Moved:
+    def _moved(self, outcome: Word, sentence: str) -> Moved:
         """The result of the call."""
         return Moved(
             outcome=outcome,
@@ -336,8 +320,3 @@ class _Trip:
             metres=round(self._metres, 2),
             seconds=round(time.monotonic() - self._begun, 2),
         )
-
-    def refused(self, why: str) -> Moved:
-        """The result of a motion that does not begin; the journal has it, too."""
-        self._robot.journal.note(OWNER, self._wanted.what, "refused", why)
-        return self.moved("refused", both(say("refused, nothing has moved"), why))

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
+from anyio.to_thread import run_sync
 from mcp_types import ToolAnnotations
 from pydantic import Field
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 STEP_SPEED = 0.2
 """m/s: the chassis's own for a step."""
+MOVES = ToolAnnotations(read_only_hint=False, destructive_hint=True, idempotent_hint=False)
 ACTS = ToolAnnotations(read_only_hint=False, destructive_hint=False, idempotent_hint=True)
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 Coordinate = Annotated[float, Field(ge=-10_000, le=10_000, description="m in the map")]
@@ -41,7 +43,7 @@ class Told(Result):
     """What came of it."""
 
     sentence: str
-    stands_still: bool | None = Field(None, description="of a stop; null if not known")
+    stands_still: bool | None = None
 
 
 async def stop(robot: Robot) -> Told:
@@ -49,9 +51,9 @@ async def stop(robot: Robot) -> Told:
     return _stopped(await asyncio.wrap_future(robot.begin_stop(OWNER)))
 
 
-def stop_mission(robot: Robot) -> Told:
+async def stop_mission(robot: Robot) -> Told:
     """Stop the robot, end the mission that runs, and pause the queue of missions."""
-    return _stopped(robot.chassis.missions.stop(by=OWNER))
+    return _stopped(await run_sync(partial(robot.chassis.missions.stop, by=OWNER)))
 
 
 def _stopped(report: StopReport) -> Told:
@@ -81,10 +83,8 @@ def answer_mission(robot: Robot, answer: Text) -> Told:
 
 def add(door: Door, *, motion: bool) -> None:
     """Add the tools to a server: those that move the robot only with `motion`."""
-    door.tool(ACTS, noted=False, live=False)(stop)
-    door.tool(ACTS, live=False)(stop_mission)
-    door.tool(ACTS)(say)
-    door.tool(ACTS)(lights)
+    for tool in (stop, stop_mission, say, lights):
+        door.tool(ACTS)(tool)
     if motion:
         door.tool(ACTS)(answer_mission)
         _add_to_marks(door, door.limits)
@@ -92,10 +92,20 @@ def add(door: Door, *, motion: bool) -> None:
             _add_free(door, door.limits)
 
 
-def _goal(robot: Robot, kind: str, verb: Callable[[], Any], target: Pose2D | None, **values: object) -> Any:
-    """The command of a goal, and what starts it."""
-    what, place = command(kind, **values), target and {"x": target.x, "y": target.y}
-    return what, lambda: GoalRide(robot.goals.begin(kind, OWNER, what, verb, target=place))
+def _goal(
+    robot: Robot,
+    kind: str,
+    verb: Callable[[], Any],
+    target: Callable[[Pose2D], Pose2D | None],
+    *,
+    straight: bool = False,
+    check: str = "",
+    **values: object,
+) -> Wanted:
+    """A goal of the chassis."""
+    what = command(kind, **values)
+    start = partial(robot.goals.begin, kind, OWNER, what, verb)
+    return Wanted(lambda: GoalRide(start()), target, straight, lambda here: check)
 
 
 def _add_to_marks(door: Door, limits: Limits) -> None:
@@ -108,25 +118,24 @@ def _add_to_marks(door: Door, limits: Limits) -> None:
         if kind == "mark" and pose and not known[0].on_chassis:  # a place of the list
             verb = partial(robot.chassis.go_to, pose.x, pose.y, pose.yaw, timeout=limits.max_seconds)
         missing = "no mark of that name is known" if limits.only_marks and not known else ""
-        what = _goal(robot, kind, verb, pose, mark=texts.data(name, 200))
-        return Wanted(*what, target=lambda here: pose, check=lambda here: missing)
+        return _goal(robot, kind, verb, lambda here: pose, check=missing, mark=texts.data(name, 200))
 
-    @door.moves("Let the robot drive to the mark {mark}?")
+    @door.tool(MOVES, "Let the robot drive to the mark {mark}?")
     def go_to_mark(robot: Robot, mark: Text) -> Wanted:
         """Drive to a mark. Returns when the robot has arrived, or with the reason why not."""
         return wanted(robot, "mark", mark)
 
-    @door.moves("Let the robot park at the mark {mark}?")
+    @door.tool(MOVES, "Let the robot park at the mark {mark}?")
     def park(robot: Robot, mark: Text) -> Wanted:
         """Drive to a parking mark and park. Returns at its end."""
         return wanted(robot, "park", mark)
 
-    @door.moves("Let the robot drive to the charger {mark} and charge?")
+    @door.tool(MOVES, "Let the robot drive to the charger {mark} and charge?")
     def charge(robot: Robot, mark: Text) -> Wanted:
         """Drive to a charger and charge. Returns at its end."""
         return wanted(robot, "charge", mark)
 
-    @door.moves("Start the mission {mission} with {parameters}? The robot moves as its steps say.")
+    @door.tool(MOVES, "Start the mission {mission} with {parameters}? The robot moves as its steps say.")
     def start_mission(
         robot: Robot, mission: Text, parameters: dict[str, str | float | bool] | None = None
     ) -> Wanted:
@@ -137,7 +146,6 @@ def _add_to_marks(door: Door, limits: Limits) -> None:
             raise ValueError("the file of this mission is faulty; `missions` says why")
         given = found.filled(parameters or {})
         return Wanted(
-            command("mission", mission=texts.data(found.name, 100)),
             lambda: MissionRide(runs.run(found, parameters, by=OWNER)),
             check=lambda here: _mission_refusal(robot, found, given, limits, here),
             end=partial(runs.stop, by=OWNER),
@@ -162,25 +170,27 @@ def _mission_refusal(robot: Robot, mission: Mission, given: Any, limits: Limits,
 def _add_free(door: Door, limits: Limits) -> None:
     seconds = limits.max_seconds
 
-    @door.moves("Let the robot drive to x {x_m} m, y {y_m} m, heading {heading_deg} degrees?")
+    @door.tool(MOVES, "Let the robot drive to x {x_m} m, y {y_m} m, heading {heading_deg} degrees?")
     def go_to_pose(robot: Robot, x_m: Coordinate, y_m: Coordinate, heading_deg: Degrees = 0.0) -> Wanted:
         """Drive to a place in the map. Returns when the robot has arrived, or with the reason why not."""
         pose = Pose2D(x_m, y_m, math.radians(heading_deg))
         verb = partial(robot.chassis.go_to, x_m, y_m, pose.yaw, timeout=seconds)
-        what = _goal(robot, "pose", verb, pose, x=x_m, y=y_m, yaw=pose.yaw)
-        return Wanted(*what, target=lambda here: pose)
+        return _goal(robot, "pose", verb, lambda here: pose, x=x_m, y=y_m, yaw=pose.yaw)
 
-    @door.moves("Let the robot drive {distance_m} m straight ahead (negative: back)?")
+    @door.tool(MOVES, "Let the robot drive {distance_m} m straight ahead (negative: back)?")
     def move(robot: Robot, distance_m: Distance, speed_m_per_s: Speed = 0.0) -> Wanted:
         """Drive straight by a distance, with obstacle avoidance. Returns at its end."""
-        speed = limits.speed(speed_m_per_s, STEP_SPEED)
+        most = limits.max_speed or MAX_SPEED
+        if speed_m_per_s > most:
+            raise ValueError(words("at most {maximum:g} m/s are allowed", maximum=most))
+        speed = speed_m_per_s or min(STEP_SPEED, most)
         verb = partial(robot.chassis.move, distance_m, speed=speed, timeout=seconds)
-        what = _goal(robot, "move", verb, None, distance=distance_m)
-        return Wanted(*what, target=lambda here: here.transformed(distance_m, 0.0, 0.0), straight=True)
+        ahead = partial(Pose2D.transformed, forward=distance_m, left=0.0, turn=0.0)
+        return _goal(robot, "move", verb, ahead, straight=True, distance=distance_m)
 
-    @door.moves("Let the robot turn by {angle_deg} degrees (positive: to the left)?")
+    @door.tool(MOVES, "Let the robot turn by {angle_deg} degrees (positive: to the left)?")
     def turn(robot: Robot, angle_deg: Degrees) -> Wanted:
         """Turn on the spot. Returns at its end."""
         angle = math.radians(angle_deg)
         verb = partial(robot.chassis.rotate, angle, timeout=seconds)
-        return Wanted(*_goal(robot, "rotate", verb, None, angle=angle), target=lambda here: here)
+        return _goal(robot, "rotate", verb, lambda here: here, angle=angle)

@@ -66,7 +66,7 @@ class FreeWay(Result):
     behind_m: Free
     nearest_m: Free
     nearest_side: str | None
-    seen_to_m: float
+    seen_to_m: float | None
     sentence: str
 
 
@@ -120,8 +120,8 @@ def where(robot: Robot) -> Where:
     return Where(
         pose=place_of(pose),
         age_s=None if reading is None else round(reading.age, 2),
-        map_name=scene and texts.data(scene.current_map, 100),
-        nearest_mark=name and texts.data(name, 100),
+        map_name=texts.data(scene.current_map, 100) if scene else None,
+        nearest_mark=texts.data(name, 100) if name else None,
         nearest_mark_m=None if away is None else round(away, 2),
     )
 
@@ -144,12 +144,10 @@ def free_way(robot: Robot) -> FreeWay:
     ways, nearest = free_ways(points, LANE_WIDTH), nearest_of(points)
     free = {side: round(m, 2) if math.isfinite(m) else None for side, m in ways.items()}
     said = [f"{side}: {'nothing seen' if m is None else f'{m:.1f} m free'}" for side, m in free.items()]
+    away, side = (None, None) if nearest is None else (round(nearest[0], 2), side_of(nearest[1]))
+    seen: dict[str, Any] = {f"{side}_m": m for side, m in free.items()}
     return FreeWay(
-        **{f"{side}_m": m for side, m in free.items()},
-        nearest_m=None if nearest is None else round(nearest[0], 2),
-        nearest_side=None if nearest is None else side_of(nearest[1]),
-        seen_to_m=round(float(scan.range_max), 2),
-        sentence=", ".join(said),
+        **seen, nearest_m=away, nearest_side=side, seen_to_m=float(scan.range_max), sentence=", ".join(said)
     )
 
 
@@ -247,10 +245,9 @@ def _always(text: str) -> Callable[[], str]:
 
 def add(door: Door) -> None:
     """Add the tools that only read, the resources and the prompts to a server."""
-    for tool in (state, where, look_at_map, free_way, camera, faults):
+    seen = (state, where, look_at_map, free_way, camera)
+    for tool in (*seen, marks, faults, history, bags, missions, mission_status):
         door.tool()(tool)
-    for tool in (marks, history, bags, missions, mission_status):
-        door.tool(live=False)(tool)
     for name, page in (("interface", _interface()), ("safety", _SAFETY)):
         door.mcp.resource(f"woosh://{name}", name=name, description=name, mime_type="text/plain")(
             _always(page)

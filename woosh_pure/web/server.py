@@ -20,7 +20,7 @@ from rosproto.sentence import say
 from rosproto.transport import AT_ONCE, Listener, make_uri
 
 if TYPE_CHECKING:
-    from fastapi import FastAPI
+    from starlette.applications import Starlette
 
 
 PONG_SECONDS = 4.0
@@ -52,7 +52,7 @@ class WebServer:
 
     def __init__(
         self,
-        app: FastAPI,
+        app: Starlette,
         *,
         bind: str = "127.0.0.1",
         port: int = 8080,
