@@ -10,8 +10,8 @@ the way (stdio, http), the second what happens:
 * server: `woosh mcp` itself is killed; its watchdog is left
 * cut: the cable between two computers is cut (http; network namespaces, so root)
 
-The simulated chassis runs in a process of its own and keeps a trace of its pose: the robot stands from the moment after
-which it stays where it is.
+The simulated chassis runs in a process of its own, which looks at the pose all the time: the robot stands from the moment
+after which it stays where it is.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ import statistics
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AsyncExitStack, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,29 +56,28 @@ from woosh_pure import SimulatedChassis
 from woosh_pure.sim import Settings
 
 sim = SimulatedChassis(host=HOST, full_graph=False, settings=Settings(navigation_speed=0.2)).__enter__()
-trace = []
+start = last = sim.pose
+moved = time.monotonic()
 
 def look():
+    global last, moved
     while True:
-        trace.append((time.monotonic(), sim.pose))
+        pose = sim.pose
+        if pose.distance_to(last) > 0.0005:
+            last, moved = pose, time.monotonic()
         time.sleep(0.005)
 
 def begin():
     global start
     sim.teleport(0.0, 0.0, 0.0)
-    trace.clear()
     start = sim.pose
 
 def under_way():
     return sim.pose.distance_to(start) > 0.03
 
 def stood_from():
-    # The moment after which it has not moved, once it has stood for a second; until then None.
-    now, last = trace[-1]
-    for moment, pose in reversed(trace[:-1]):
-        if pose.distance_to(last) > 0.002:
-            return moment if now - moment > 1.0 else None
-    return None
+    # The moment at which it moved last, once it has stood for a second; until then None.
+    return moved if time.monotonic() - moved > 1.0 else None
 
 threading.Thread(target=look, daemon=True).start()
 """
@@ -116,7 +116,7 @@ async def host(where: list[str] | str, mode: Any, token: str) -> None:
         loop = asyncio.get_running_loop()
         loop.add_signal_handler(signal.SIGUSR1, told.set)
         loop.add_signal_handler(signal.SIGUSR2, call.cancel)
-        print("called", time.monotonic(), flush=True)
+        print("called", flush=True)
         leaving = asyncio.create_task(told.wait())
         await asyncio.wait([call, leaving], return_when=asyncio.FIRST_COMPLETED)
         if call.cancelled():
@@ -139,13 +139,16 @@ class Trial:
 
     Attributes:
         after: Seconds from what happened until the robot stood.
-        whole: Seconds from the call until the robot stood.
+        whole: Seconds from its first 3 cm until the robot stood.
         metres: The length of the drive; the mark is 3.2 m away.
     """
 
     after: float
     whole: float
     metres: float
+
+    def __str__(self) -> str:
+        return f"stood {self.after:.3f} s after it, {self.whole:.3f} s after it began to move, {self.metres:.2f} m"
 
 
 class World:
@@ -205,9 +208,9 @@ class World:
             prefix = self._laptop.prefix if self._laptop is not None else []
             process = RosProcess([*prefix, *words], self._env)
             stack.callback(process.stop, 0.0)
-            called = float(process.wait_for(r"^called ([\d.]+)$")[1])
+            process.wait_for(r"^called$")
             try:
-                self.sim.eventually("under_way()", 30.0)
+                moving = self.sim.eventually("under_way()", 30.0)
             except AssertionError as error:
                 raise AssertionError(f"{error}\n{process.output}") from None
             time.sleep(delay)  # the random moment
@@ -218,7 +221,7 @@ class World:
                 self.air.there.open = self.air.back.open = True
             if kind == "stop":
                 os.kill(process.pid, signal.SIGCONT)
-        return Trial(stood - happened, stood - called, float(self.sim.ask("sim.pose.distance_to(start)")))
+        return Trial(stood - happened, stood - moving, float(self.sim.ask("sim.pose.distance_to(start)")))
 
     def _let_happen(self, kind: str, process: RosProcess) -> None:
         if kind == "cut":
@@ -243,18 +246,17 @@ class World:
 
 
 @contextmanager
-def open_world(way: str, kind: str, mode: str = "auto", max_seconds: float | None = None) -> Iterator[World]:
+def open_world(way: str, kind: str, mode: str = "auto", max_seconds: float = 60.0) -> Iterator[World]:
     """A robot for trials of this kind.
 
     Args:
         way: stdio or http.
         kind: One of `KINDS`.
         mode: Of the SDK's client: auto or legacy.
-        max_seconds: `--max-seconds`; by default `LIMIT` where nothing is closed, and 60.
+        max_seconds: `--max-seconds`.
     """
-    seconds = max_seconds or (LIMIT if kind in SILENT else 60.0)
     with ExitStack() as stack:
-        yield World(way, mode, stack, network=kind == "cut", max_seconds=seconds)
+        yield World(way, mode, stack, network=kind == "cut", max_seconds=max_seconds)
 
 
 def main() -> None:
@@ -267,24 +269,28 @@ def main() -> None:
     parser.add_argument("trials", type=int)
     parser.add_argument("--mode", choices=("auto", "legacy"), default="auto", help="of the SDK's client")
     parser.add_argument("--max-seconds", type=float)
+    parser.add_argument("--beside", type=int, default=1, help="so many robots at a time (1)")
     parser.add_argument("--seed", type=int, default=time.time_ns() % 10_000)
     arguments = parser.parse_args()
     if arguments.kind not in KINDS[arguments.way]:
         parser.error(f"{arguments.way} has no {arguments.kind}")
-    chance = random.Random(arguments.seed)
     print("seed", arguments.seed)
-    done: list[Trial] = []
-    with open_world(arguments.way, arguments.kind, arguments.mode, arguments.max_seconds) as world:
-        for number in range(arguments.trials):
-            trial = world.trial(arguments.kind, chance.uniform(0.0, LONGEST_DELAY))
-            done.append(trial)
-            print(
-                f"{number + 1} stood {trial.after:.3f} s after it, {trial.whole:.3f} s after the call,"
-                f" {trial.metres:.2f} m",
-                flush=True,
-            )
-        limit = world.max_seconds
-    for name, of in (("after it", lambda t: t.after), ("after the call", lambda t: t.whole)):
+    shares = [range(first, arguments.trials, arguments.beside) for first in range(arguments.beside)]
+    limit = arguments.max_seconds or (LIMIT if arguments.kind in SILENT else 60.0)
+
+    def share(numbers: range) -> list[Trial]:
+        made = []
+        with open_world(arguments.way, arguments.kind, arguments.mode, limit) as world:
+            for number in numbers:
+                chance = random.Random(f"{arguments.seed}-{number}")
+                trial = world.trial(arguments.kind, chance.uniform(0.0, LONGEST_DELAY))
+                made.append(trial)
+                print(f"{number + 1}: {trial}", flush=True)
+        return made
+
+    with ThreadPoolExecutor(arguments.beside) as pool:
+        done = [trial for made in pool.map(share, shares) for trial in made]
+    for name, of in (("after it", lambda t: t.after), ("after it began to move", lambda t: t.whole)):
         seconds = [of(trial) for trial in done]
         print(f"{name}: median {statistics.median(seconds):.3f} s, longest {max(seconds):.3f} s")
     late = [
