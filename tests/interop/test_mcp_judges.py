@@ -5,6 +5,7 @@ Of the suite's scenarios, those that call tools made for the suite do not apply.
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 import subprocess
@@ -35,10 +36,13 @@ SERVER = (sys.executable, "-m", "woosh_pure", "--sim", "mcp")
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
 
 
+node = functools.cache(web_peers.new_node)
+
+
 def judge(package: str, program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     """Run a program of npm's."""
     script = web_peers.npm_module(f"@modelcontextprotocol/{package}/{program}")
-    words = [str(web_peers.new_node()), str(script), *arguments]
+    words = [str(node()), str(script), *arguments]
     return subprocess.run(words, capture_output=True, text=True, timeout=100, env=ENVIRONMENT, cwd=ROOT)
 
 
@@ -71,14 +75,19 @@ def test_the_conformance_suite(scenario: str, url: str, tmp_path: Path) -> None:
     assert [check for check in checks if check["status"] not in ("SUCCESS", "INFO")] == []
 
 
-@pytest.mark.parametrize("way", ["stdio", "http"])
-def test_the_inspector(way: str, request: pytest.FixtureRequest) -> None:
-    """It lists the tools, each with a description and schemas, and calls one that reads."""
-    target = list(SERVER) if way == "stdio" else [request.getfixturevalue("url")]
-    tools = {tool["name"]: tool for tool in inspected(target, "--method", "tools/list")["tools"]}
+def test_the_inspector_lists_the_tools(url: str) -> None:
+    """Over HTTP; each has a description, schemas and annotations."""
+    tools = {tool["name"]: tool for tool in inspected([url], "--method", "tools/list")["tools"]}
     assert {"state", "where", "marks", "stop"} <= tools.keys()
     assert "go_to_mark" not in tools, "it moves, and nobody has allowed that"
-    assert all(tool["description"] and tool["inputSchema"] and tool["annotations"] for tool in tools.values())
-    answer = inspected(target, "--method", "tools/call", "--tool-name", "state")
+    for name, tool in tools.items():
+        assert tool["description"], name
+        assert tool["inputSchema"]["type"] == "object", name
+        assert "readOnlyHint" in tool["annotations"], name
+
+
+def test_the_inspector_calls_a_tool() -> None:
+    """Over stdio: what it starts is a simulated robot."""
+    answer = inspected(list(SERVER), "--method", "tools/call", "--tool-name", "state")
     assert not answer.get("isError"), answer
-    assert "battery" in json.dumps(answer["structuredContent"])
+    assert answer["structuredContent"]["battery_percent"] == 87.0
