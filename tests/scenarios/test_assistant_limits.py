@@ -1,0 +1,27 @@
+"""An assistant's random goals at the limits of `woosh mcp`: the robot stays inside.
+
+`python -m tests.support.assistant_goals 1000` sends more.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.support.extras import needs
+
+needs("mcp")
+
+from tests.support.assistant_goals import MAX_DISTANCE, run  # noqa: E402 (after the skip)
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.promise("outside the limits of `woosh mcp`")
+def test_random_goals_stay_inside() -> None:
+    """Poses, steps and marks: what leads outside is refused, and the centre of the robot never is outside."""
+    goals = run(40, seed=45)
+    assert goals.wrong == []
+    assert goals.outside < 0.15
+    assert goals.farthest < MAX_DISTANCE + 0.15
+    assert goals.outcomes["refused"] > 10
+    assert goals.outcomes["reached"] > 3, goals.outcomes
