@@ -24,6 +24,7 @@ import random
 import signal
 import statistics
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -81,6 +82,8 @@ def stood_from():
 
 threading.Thread(target=look, daemon=True).start()
 """
+
+_NETWORKS = threading.Lock()
 
 
 # -- the host: a program with the SDK's own client ----------------------------------------------------------
@@ -170,7 +173,8 @@ class World:
         self.air: Air | None = None
         self._env = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
         if network:
-            self._robot, self._laptop, self.air = stack.enter_context(two_hosts())
+            with _NETWORKS:  # the devices of a process have one name until they are in their places
+                self._robot, self._laptop, self.air = stack.enter_context(two_hosts())
             self.sim: Remote = self._robot.python
         else:
             self.sim = stack.enter_context(Remote())
