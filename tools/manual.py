@@ -43,7 +43,7 @@ GROUPS = (
     Group("woosh", "woosh-maps", "maps, marks and navigation",
           ("localization", "map", "plan", "costmap", "footprint", "mode", "marks", "api")),
     Group("woosh", "woosh-servers", "recording and servers",
-          ("record", "web", "foxglove", "robot-api", "vda5050")),
+          ("record", "web", "mcp", "foxglove", "robot-api", "vda5050")),
     Group("rosproto", "rosproto-graph", "topics, nodes, services, parameters",
           ("topic", "node", "service", "param", "graph")),
     Group("rosproto", "rosproto-definitions", "message definitions", ("msg", "srv", "action")),

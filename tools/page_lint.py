@@ -158,7 +158,7 @@ PACKAGES = [
     "rosproto", "rosproto.action", "rosproto.aio", "rosproto.bag", "rosproto.gateway",
     "rosproto.gateway.foxglove", "rosproto.gateway.rosbridge.rosapi", "rosproto.node", "rosproto.numeric",
     "rosproto.recording", "rosproto.tf", "woosh_pure", "woosh_pure.aio", "woosh_pure.api_server",
-    "woosh_pure.fleet", "woosh_pure.missions", "woosh_pure.sim", "woosh_pure.web",
+    "woosh_pure.fleet", "woosh_pure.mcp", "woosh_pure.missions", "woosh_pure.sim", "woosh_pure.web",
 ]  # fmt: skip
 BUILDING_BLOCKS = {"BagSeries", "MessageBuffer", "Pacer", "bag_name"}
 """What Recorder and Player are made of; rosproto.master likewise, of which Master is a name of rosproto's."""
