@@ -1,7 +1,7 @@
 """Each extra by itself: its command starts in an environment with that extra and nothing else.
 
 `python tests/packaging/extras.py`: one line for each extra; the first that fails ends it with an AssertionError. The
-interpreter that runs it needs the project, `build`, `hatchling` and `uv`, which fills twelve environments in the time that
+interpreter that runs it needs the project, `build`, `hatchling` and `uv`, which fills thirteen environments in the time that
 pip needs for one.
 """
 
@@ -33,6 +33,7 @@ OF_USERS = {
     "foxglove": ["rosproto foxglove --port 0 => ws://"],
     "api": ["woosh sim --port 0 --robot-api 0 => ws://"],
     "web": ["woosh web --port 0 --no-browser => http://"],
+    "mcp": ["woosh mcp < /dev/null"],
     "missions": ["woosh mission check {examples}/missions/round.mission.toml"],
     "fleet": ["woosh vda5050 --broker mqtt://127.0.0.1:9 --manufacturer m --serial s => cannot be reached"],
 }
