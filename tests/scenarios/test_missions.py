@@ -24,7 +24,7 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.codec import service_class
-from rosproto.errors import ConnectionLost
+from rosproto.errors import ConnectionLost, RosTimeout
 from rosproto.node.graph.master_client import MasterClient
 from tests.support import mission_kills
 from tests.support.doors import held
@@ -73,7 +73,10 @@ def run_of(missions: Missions) -> Run:
 
 def reach(missions: Missions, accept: Callable[[Run], object], seconds: float = 20.0) -> Run:
     """Wait until the run is so, and return it."""
-    missions.wait_for(lambda: bool(missions.state.run and accept(run_of(missions))), seconds)
+    try:
+        missions.wait_for(lambda: bool(missions.state.run and accept(run_of(missions))), seconds)
+    except RosTimeout:
+        raise AssertionError(f"not within {seconds} s: {missions.state}") from None
     return run_of(missions)
 
 
@@ -444,9 +447,14 @@ def test_a_robot_that_starts_again_is_not_moved_before_somebody_says_so(tmp_path
             until(lambda: first.pose.distance_to(start) > 0.1)
             robots.close()
             with SimulatedChassis(**options) as second:
-                run = reach(missions, lambda run: run.phase.over, 60.0)
-                assert (run.phase, run.at, missions.state.paused) == (Phase.STOPPED, 0, True), run
+                run = reach(missions, lambda run: run.phase.over or run.question, 60.0)
                 assert stands(second, 3.0)
+                if (
+                    run.question
+                ):  # on a busy computer: it was silent for so long that nobody knows what became of it
+                    missions.answer("stop")
+                    run = reach(missions, lambda run: run.phase.over)
+                assert (run.phase, run.at, missions.state.paused) == (Phase.STOPPED, 0, True), run
                 missions.resume()
                 assert reach(missions, lambda run: run.phase is Phase.DONE, 60.0).entry.id == "2"
                 assert second.pose.distance_to(second.marks["B1"]) < 0.2
