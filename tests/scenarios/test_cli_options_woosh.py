@@ -307,7 +307,11 @@ def test_command(case: Case, watched: SimpleNamespace) -> None:
     run_case(case, words_of(case, watched, "--master", watched.uri), watched)
 
 
-@pytest.mark.parametrize("case", ALONE, ids=lambda case: case.line)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=pytest.mark.slow if case.line == "demo --mission" else ()) for case in ALONE],
+    ids=lambda case: case.line,
+)
 def test_command_without_a_chassis(case: Case, place: SimpleNamespace) -> None:
     """Those that choose a chassis, or are one."""
     run_case(case, words_of(case, place), place)
