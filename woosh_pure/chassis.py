@@ -48,7 +48,9 @@ if TYPE_CHECKING:
     from woosh_pure import aio, values
     from woosh_pure.api_bridge.bridge import ApiBridge
     from woosh_pure.missions import Missions
+    from woosh_pure.motion.task import TaskHandle
     from woosh_pure.robot_api.api import RobotApi
+    from woosh_pure.robot_api.values import TaskList
 
 __all__ = ["Chassis", "components_of"]
 
@@ -73,8 +75,9 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
     several programs and several robots live side by side. Methods may be called from any thread.
 
     Reading: `battery`, `pose`, `scan`, `status` ... are feeds; `readiness`, `faults`, `snapshot`.
-    Moving: `go_to_mark`, `park`, `charge`, `carry`, `task`; `go_to`, `follow`; `move`, `rotate`, `strafe`,
-    `steps`; `action` for lifts and docks. Each returns a handle; `handle.wait()` raises unless it arrived.
+    Moving: `go_to_mark`, `park`, `charge`, `carry`, `task`, `task_list`; `go_to`, `follow`; `move`, `rotate`,
+    `strafe`, `steps`; `action` for lifts and docks. Each returns a handle; `handle.wait()` raises unless it
+    arrived.
     Driving by velocity: `with chassis.velocity(bypasses_protection=True) as drive:`.
     Stopping: `stop`, from anywhere. It is not an emergency stop.
     All else: `set_pose`, `get_map`, `plan`, `set_footprint`, `set_navigation_mode`, `light`, `say` ...
@@ -291,6 +294,25 @@ class Chassis(Readings, MotionVerbs, Peripherals, SettingHints):
             if self._missions is None:
                 self._missions = Missions(self, self._missions_state)
             return self._missions
+
+    def task_list(self, tasks: str | TaskList, *, timeout: float | None = 300.0) -> TaskHandle:
+        """Carry out a task list that is stored in the robot (Robot API). Returns at once.
+
+        Args:
+            tasks: Its name or id, or one of `robot_api.task_lists()`.
+            timeout: Default of the handle's `wait()`, s; None for ever.
+
+        Raises:
+            ValueError: There is none of that name, or a stop would not end it.
+            MotionRefused: Not ready, another motion of this Chassis is under way, or the robot refused.
+            StaleState: The end could not be seen.
+            ConnectionLost, RosTimeout: The robot did not answer, or has no Robot API.
+        """
+        from woosh_pure.motion.task_list import start_task_list, stored_task_list
+
+        api = self.robot_api
+        found = stored_task_list(api, tasks) if isinstance(tasks, str) else tasks
+        return start_task_list(self._components, api, found, timeout=timeout)
 
     def _new_robot_api(self) -> RobotApi:
         from woosh_pure.robot_api.api import robot_api_at

@@ -24,18 +24,18 @@ import pytest
 
 from rosproto import Master, Node
 from rosproto.codec import service_class
-from rosproto.errors import ConnectionLost, RosTimeout
+from rosproto.errors import ConnectionLost
 from rosproto.node.graph.master_client import MasterClient
 from tests.support import mission_kills
 from tests.support.doors import held
 from tests.support.extras import needs
+from tests.support.missions import GO, HEAD, mission, reach, run_of, running
 from tests.support.png import read_png
 from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis, state_file
 from woosh_pure.enums import RobotMode, TaskCommand, TaskState
 from woosh_pure.missions import (
     KINDS,
-    Mission,
     MissionError,
     MissionFailed,
     Missions,
@@ -47,15 +47,6 @@ from woosh_pure.missions import (
 from woosh_pure.motion.task import TaskMotion
 from woosh_pure.stopping.other_clients import STOPPED
 
-HEAD = 'mission = 1\nname = "test"\n'
-GO = '[guards]; not_known = "go"'  # this simulated robot tells its state on change only
-
-
-def mission(*steps: str, head: str = GO) -> Mission:
-    """A mission of steps, one line each."""
-    tables = "".join("[[step]]\n" + step.replace("; ", "\n") + "\n" for step in steps)
-    return parse(HEAD + head.replace("; ", "\n") + "\n" + tables)
-
 
 @pytest.fixture
 def missions(chassis: Chassis, tmp_path: Path) -> Iterator[Missions]:
@@ -63,25 +54,6 @@ def missions(chassis: Chassis, tmp_path: Path) -> Iterator[Missions]:
     made = Missions(chassis, tmp_path)
     yield made
     made.close()
-
-
-def run_of(missions: Missions) -> Run:
-    run = missions.state.run
-    assert run is not None
-    return run
-
-
-def reach(missions: Missions, accept: Callable[[Run], object], seconds: float = 20.0) -> Run:
-    """Wait until the run is so, and return it."""
-    try:
-        missions.wait_for(lambda: bool(missions.state.run and accept(run_of(missions))), seconds)
-    except RosTimeout:
-        raise AssertionError(f"not within {seconds} s: {missions.state}") from None
-    return run_of(missions)
-
-
-def running(run: Run) -> bool:
-    return run.phase is Phase.RUNNING
 
 
 # -- what they do

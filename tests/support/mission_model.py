@@ -15,7 +15,7 @@ from woosh_pure.missions.machine import Result
 from woosh_pure.missions.mission import Mission, mission_of
 
 OVER = ("done", "failed", "stopped")
-MOVING = ("go_to_mark", "charge")
+MOVING = ("go_to_mark", "charge", "task_list")
 HARMLESS = ("wait", "wait_for_input", "wait_for_battery", "if", "ask")
 
 
@@ -320,11 +320,12 @@ _common = st.fixed_dictionaries(
 _step = st.one_of(
     st.builds(lambda common: {"do": "go_to_mark", "mark": "A1", **common}, _common),
     st.builds(lambda common: {"do": "charge", "mark": "C1", **common}, _common),
+    st.builds(lambda common: {"do": "task_list", "list": "Round", **common}, _common),
     st.builds(lambda common: {"do": "light", "state": "red", **common}, _common),
     st.builds(lambda common: {"do": "wait", "seconds": 1, **common}, _common),
     st.builds(
         lambda yes, no, timed: {"do": "ask", "text": "?", "answers": {"yes": yes, "no": no}, **timed},
-        _targets, _targets, st.sampled_from(({}, {"timeout": 2, "default": "no"})),
+        _targets, _targets, st.sampled_from(({}, {"timeout": 2, "default": "no"}, {"inputs": {"yes": 1}})),
     ),
     st.builds(lambda name, times: {"do": "repeat", "from": name, "times": times}, st.sampled_from(_NAMES), st.integers(0, 3)),
     st.builds(lambda one, other: {"do": "if", "value": "answer", "is": "yes", "then": one, "else": other}, _targets, _targets),

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from woosh_pure.api_server.state import ApiState
 
 TWIST, TASK, ORDER = ROBOT + "Twist", ROBOT + "ExecTask", ROBOT + "ActionOrder"
-MOVING = ("Twist", "ExecTask", "ActionOrder", "CallAction")
+MOVING = ("Twist", "ExecTask", "ExecPreTask", "ActionOrder", "CallAction")
 LEASE_SECONDS = 5.0
 CALL_SECONDS = 5.0
 LATE_SECONDS = 1.0
@@ -62,6 +62,7 @@ class Commands:
         self._handlers: dict[str, Callable[[Hashable, str, Values, float], Values | None]] = {
             TWIST: self._velocity,
             TASK: self._task,
+            ROBOT + "ExecPreTask": self._task_list,
             ORDER: self._order,
             CALL: self._act,
             ROBOT + "InitRobot": self._initialise,
@@ -190,6 +191,15 @@ class Commands:
                 self._order(client, ORDER, {"order": TaskCommand.CANCEL}, received)
         _require(reply)
         self._require_wanted(received)
+
+    def _task_list(self, client: Hashable, kind: str, values: Values, received: float) -> None:
+        """Begin a task list that is stored in the robot; a cancel is then for whatever task runs."""
+        self._require_alone(client)
+        self._require_wanted(received)
+        self._task_id = 0
+        self._state.start_list(values["taskSetId"])
+        if self._cancelled > received:  # by another request, meanwhile
+            self._order(client, ORDER, {"order": TaskCommand.CANCEL}, received)
 
     def _order(self, client: Hashable, kind: str, values: Values, received: float) -> None:
         """An order for the task under way; a cancel also for the last one from here, which the robot may not

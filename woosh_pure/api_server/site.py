@@ -25,6 +25,7 @@ class RobotSite:
         marks: Returns its marks.
         facts: Returns values by type, such as DeviceState, or parts of values that are merged with those of
             topics. A type that is not in it stays not known.
+        start_list: Begins a stored task list; returns why it did not, "" if it did.
     """
 
     scene: str
@@ -32,6 +33,7 @@ class RobotSite:
     grid: Callable[[], GridMap]
     marks: Callable[[], Sequence[UserMark]]
     facts: Callable[[], Mapping[str, Values]] = dict
+    start_list: Callable[[int], str] = lambda _: "this server knows no task lists"
 
     def answers(self) -> dict[str, Callable[[Values], Values]]:
         """The requests that it answers, by type."""

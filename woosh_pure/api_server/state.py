@@ -196,6 +196,12 @@ class ApiState(GatewayState):
 
     # -- values ---------------------------------------------------------------------------------------------
 
+    def start_list(self, list_id: int) -> None:
+        """Begin a task list that is stored in the robot. Raises Refused."""
+        why = "this server knows no task lists" if self._site is None else self._site.start_list(list_id)
+        if why:
+            raise Refused(why)
+
     def answer(self, type_name: str, asked: Values) -> Values:
         """The values of the answer to a read request. May wait for the robot, see `waits`.
 

@@ -125,7 +125,8 @@ class Run:
         attempt: Failures of the current step so far.
         token: Of what was begun last; it grows.
         begun: Whether that may be under way, or its end is not known.
-        task: The robot's id of its task, 0 without one.
+        task, after: The robot's id of its task, 0 without one; the time of that id in the robot's history
+            before.
         deadline: In the machine's time, of the question or the next attempt; None without one.
         counts: How often the steps of each `repeat` were run, by its place.
         mark, answer: The last ones.
@@ -144,6 +145,7 @@ class Run:
     token: int = 0
     begun: bool = False
     task: int = 0
+    after: float = -1.0
     deadline: float | None = None
     counts: Mapping[str, int] = field(default_factory=dict)
     mark: str = ""
@@ -559,10 +561,10 @@ class _Change:
         else:
             self.step_done(result is Result.DONE, text, value)
 
-    def on_sent(self, token: int, task: int) -> None:
-        """The robot has a task of this step, with its id."""
+    def on_sent(self, token: int, task: int, after: float = -1.0) -> None:
+        """The robot has a task of this step, with its id, or will have it; see `Run`."""
         if self._under_way(token, Phase.RUNNING):
-            self.set(task=task)
+            self.set(task=task, after=after)
 
     def on_settled(self, token: int, done: bool) -> None:
         """The robot's history tells how the step that was interrupted has ended. Nothing begins by it."""

@@ -115,6 +115,7 @@ KINDS: Mapping[str, Mapping[str, Key]] = {
     "load": {"mark": _MARK},
     "unload": {"mark": _MARK},
     "charge": {"mark": _MARK, "until_percent": Key("number", 0.0, 0, 100)},
+    "task_list": {"list": _TEXT},
     "move": {"metres": Key("number", low=-10, high=10), "speed": Key("number", 0.0, 0, 2)},
     "rotate": {"degrees": Key("number", low=-3600, high=3600)},
     "dock": {"tag": _TEXT},
@@ -126,7 +127,13 @@ KINDS: Mapping[str, Mapping[str, Key]] = {
     "say": {"text": _TEXT},
     "picture": {"file": Key("text", "")},
     "call": {"service": _TEXT, "type": Key("text", ""), "request": Key("table", {})},
-    "ask": {"text": _TEXT, "answers": Key("table"), "default": Key("text", "")},
+    "ask": {
+        "text": _TEXT,
+        "answers": Key("table"),
+        "default": Key("text", ""),
+        "inputs": Key("table", {}),
+        "module": _MODULE,
+    },
     "repeat": {"from": Key("target"), "times": Key("whole", 0, 0, 1_000_000)},
     "if": {
         "value": Key("text", names=("battery", "input", "mark", "answer")),
@@ -141,7 +148,7 @@ KINDS: Mapping[str, Mapping[str, Key]] = {
     "go_on": {"with": Key("target")},
 }
 """The keys of every kind of step: m, degrees, seconds, percent. 0 of `times` repeats until it is stopped."""
-MOVING = frozenset("go_to_mark go_to park load unload charge move rotate dock lift".split())
+MOVING = frozenset("go_to_mark go_to park load unload charge task_list move rotate dock lift".split())
 """Steps that move the robot or its lift."""
 LEADING = frozenset(("ask", "repeat", "if", "go_on"))
 """Steps that lead elsewhere."""
@@ -338,6 +345,9 @@ def _check_step(path: Path, step: Step, targets: tuple[str, ...]) -> None:
             raise _wrong((*path, "answers"), list(answers), say("two to five answers, each with a target"))
         leads += [("answers", target) for target in answers.values()]
         Key("text", "", names=tuple(answers)).require((*path, "default"), step.value("default"))
+        _check((*path, "inputs"), step.value("inputs"), dict.fromkeys(answers, Key("whole", 0, 0, 255)))
+        if len({*step.value("inputs").values()}) < len(step.value("inputs")):
+            raise _wrong((*path, "inputs"), step.value("inputs"), say("another input for each answer"))
         if bool(step.value("default")) != bool(step.timeout):
             raise MissionError(say("ask: timeout and default belong together; give both or none"), path)
     if step.do == "if":

@@ -26,16 +26,17 @@ from typing import TYPE_CHECKING, Any
 from rosproto.errors import RosError, RosTimeout
 from rosproto.files import read_text, save_file
 from rosproto.logs import get_logger
-from rosproto.sentence import both, say
+from rosproto.sentence import both, say, sentence_of
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import TaskState
 from woosh_pure.errors import ChassisError
 from woosh_pure.missions import machine
 from woosh_pure.missions.file import MissionFiles
 from woosh_pure.missions.machine import Phase, Refused, Run, State
-from woosh_pure.missions.mission import Mission, MissionError, mission_of
-from woosh_pure.missions.steps import StepRunner
+from woosh_pure.missions.mission import Mission, MissionError, Value, mission_of
+from woosh_pure.missions.steps import InputAnswers, StepRunner
 from woosh_pure.missions.webhooks import Webhook
+from woosh_pure.motion.task_list import stored_task_list
 from woosh_pure.reasons import Ready, ReasonKey
 from woosh_pure.state_file import Store, StoreInUse, default_folder
 from woosh_pure.stopping.other_clients import hear_stops
@@ -49,7 +50,7 @@ PROGRAM = "program"
 """Name of who asks, where none is given."""
 Named = str | Path | Mission
 Given = Mapping[str, object] | None
-_LOOK, _DISK_SECONDS, _ASK_SECONDS = 0.1, 1.0, 10.0
+_LOOK, _DISK_SECONDS, _ASK_SECONDS, _LISTS_SECONDS = 0.1, 1.0, 10.0, 2.0
 _LEASE_SECONDS = 60.0
 _Asked = tuple[str, Mapping[str, Any], Future[str], CallScope]
 
@@ -143,6 +144,7 @@ class Missions(MissionFiles):
         self._thread: threading.Thread | None = None
         self._state = State()  # of a program that has it open
         self._step: StepRunner | None = None
+        self._inputs: InputAnswers | None = None
         self.closing = self._hears = self._holds = False
         self._due = {"disk": 0.0, "lease": 0.0}
         self._webhook: Webhook | None = None
@@ -277,6 +279,8 @@ class Missions(MissionFiles):
         if self._step is not None:
             self._step.want(None)  # one that was begun meanwhile
             self._step.ended.wait(_ASK_SECONDS)
+        if self._inputs is not None:
+            self._inputs.off()
         if self._webhook is not None:
             self._webhook.close()
         self._chassis.lease.release(self._owner)
@@ -380,6 +384,7 @@ class Missions(MissionFiles):
                         except Refused as refusal:
                             done.set_exception(refusal)
                     self._take_requests(stopped)
+                    self._heed_inputs()
                     self._on_time(time.monotonic())
             except Exception:
                 _log.exception("! an internal error of the missions; they go on")
@@ -389,10 +394,22 @@ class Missions(MissionFiles):
         if stopped and event in ("append", "resume", "answer"):
             raise Refused(say("somebody stopped the robot meanwhile; look, and ask again"))
         new = str(self._state.next_id)
+        if event == "append":
+            self._require_lists(**values)
         if event == "resume":
             self._settle()
         self._apply(event, **values)
         return new
+
+    def _require_lists(self, mission: Mission, parameters: Mapping[str, Value], **_: object) -> None:
+        """Refuse a mission with task lists that the robot does not have, or could not stop."""
+        for step in (*mission.steps, *mission.on_abort):
+            if step.do == "task_list":
+                try:
+                    name = step.value("list", parameters)
+                    stored_task_list(self._chassis.robot_api, name, timeout=_LISTS_SECONDS)
+                except (RosError, ValueError) as error:
+                    raise Refused(say("task_list: {error}", error=sentence_of(error))) from error
 
     def _apply(self, event: str, **values: Any) -> None:
         """Apply an event: end what must end, save the state, and then begin what follows."""
@@ -437,6 +454,21 @@ class Missions(MissionFiles):
             if battery is None and run.entry.mission.guard("battery_below"):
                 reason = reason or say("the charge of the battery is not known yet")
             self._apply("ready", reason=reason, battery=None if battery is None else battery.value.percent)
+
+    def _heed_inputs(self) -> None:
+        """Let an input of the robot answer the question, where its step names some."""
+        run = self._state.active
+        question = None if run is None else run.question
+        if self._inputs is not None and question is not self._inputs.question:
+            self._inputs.off()
+            self._inputs = None
+        if run is None or question is None or question.unknown or not run.value("inputs"):
+            return
+        if self._inputs is None:
+            self._inputs = InputAnswers(self._chassis, run)
+        if self._inputs.answer:
+            by = say("input {number}", number=self._inputs.number)
+            self._apply("answer", answer=self._inputs.answer, by=by)
 
     def _hindrance(self, run: Run) -> str:
         """Why nothing may move now, "" if it may.
@@ -497,9 +529,10 @@ class Missions(MissionFiles):
         if run is None or not run.task or run.phase is not Phase.INTERRUPTED:
             return
         try:
-            found = [task for task in self._chassis.robot_api.task_history() if task.task_id == run.task]
+            history = self._chassis.robot_api.task_history()
         except RosError as error:
             _log.debug("= the robot does not tell its tasks: %s", error)
             return
+        found = [task for task in history if task.task_id % 2**64 == run.task and task.time > run.after]
         if found and found[-1].state in (TaskState.COMPLETED, TaskState.FAILED):
             self._apply("settled", token=run.token, done=found[-1].state is TaskState.COMPLETED)

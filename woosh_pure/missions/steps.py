@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 import threading
-import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
@@ -22,11 +21,12 @@ from woosh_pure import interface
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import Direction, TaskState
 from woosh_pure.errors import MotionRefused
-from woosh_pure.faults import StatusCode
 from woosh_pure.maps.marks import own_marks
 from woosh_pure.missions.machine import Result, Run
 from woosh_pure.missions.mission import MOVING
 from woosh_pure.motion.motion import GoalHandle
+from woosh_pure.motion.own_reasons import OwnReasons
+from woosh_pure.motion.task_list import stored_task_list
 from woosh_pure.outcome import Outcome, OutcomeKind, end_is_known
 from woosh_pure.values.messages import message_type
 
@@ -38,14 +38,6 @@ _SLICE = 0.05
 _MOTION_SECONDS, _OTHER_SECONDS = 600.0, 60.0
 """Time limits of steps that give none; waiting has none."""
 _READING_SECONDS = 5.0
-_BEFORE_SECONDS, _AFTER_SECONDS = 1.0, 0.5
-_OWN_FAILURES = {
-    *(130101000011, 130101000021, 130101000031, 130101000051),  # no way to the target
-    *(130104000042, 130104000092, 130104000102),  # navigation failed
-    *(130603000012, 130603000032, 130603000042, 130603000052),  # the same in a narrow passage
-    *(130701000012, 130701000032),  # a move by steps failed
-}
-"""Codes of /status_code by which the robot itself tells why it did not get there."""
 
 
 class _Cancelled(RosError):
@@ -67,12 +59,12 @@ class StepRunner:
     def __init__(
         self, chassis: Chassis, run: Run, request: CallScope, report: Callable[..., object], folder: Path
     ) -> None:
-        self.chassis, self.folder, self._report = chassis, folder, report
+        self.chassis, self.folder, self.report = chassis, folder, report
         assert run.step is not None
         self.token, self._step, self.value = run.token, run.step, run.value
         self.limit = run.step.timeout or (_MOTION_SECONDS if run.step.do in MOVING else _OTHER_SECONDS)
         self._cancelled, self._held = threading.Event(), False
-        self._told, self._ending = -math.inf, ExitStack()
+        self._ending, self._reasons = ExitStack(), OwnReasons()
         self.ended = threading.Event()
         name = f"woosh:mission {run.token}"
         threading.Thread(target=self._work, args=(request,), name=name, daemon=True).start()
@@ -91,7 +83,7 @@ class StepRunner:
                 value = _ACTIONS[self._step.do](self)
                 result = Result.DONE
                 if isinstance(value, Outcome):
-                    result, text = result_of(value, self._explained), "" if value.arrived else str(value)
+                    result, text = result_of(value, self._reasons.told), "" if value.arrived else str(value)
                     value = None
         except MotionRefused as refusal:  # nothing was sent; a person who has pressed a button ends the run
             by_person = refusal.readiness is not None and refusal.readiness.blocked
@@ -105,29 +97,16 @@ class StepRunner:
             result, text = Result.UNKNOWN, f"{type(error).__name__}: {error}"
         finally:
             self.ended.set()
-            self._report("step_ended", token=self.token, result=result, text=text, value=value)
-
-    def _explained(self) -> bool:
-        """Whether the robot tells just now that it cannot get there; the code comes on another link than the
-        end, before or after it.
-        """
-        end = time.monotonic()
-        while self._told < end - _BEFORE_SECONDS and time.monotonic() < end + _AFTER_SECONDS:
-            time.sleep(0.01)
-        return self._told >= end - _BEFORE_SECONDS
-
-    def _note_code(self, code: StatusCode) -> None:
-        if code.code in _OWN_FAILURES:
-            self._told = time.monotonic()
+            self.report("step_ended", token=self.token, result=result, text=text, value=value)
 
     def goal(self, begin: Callable[[], GoalHandle[Any]]) -> Outcome:
         """Start a goal and wait for its end. One that cannot be paused is cancelled, and sent again."""
-        self._ending.callback(self.chassis.feed("status_code").on(self._note_code))
+        self._ending.callback(self.chassis.feed("status_code").on(self._reasons.note))
         left = self.limit
         while True:
             handle = begin()
-            if handle.task_id:
-                self._report("sent", token=self.token, task=handle.task_id)
+            if handle.task_id and self._step.do != "task_list":
+                self.report("sent", token=self.token, task=handle.task_id)
             paused = False
             while not handle.done and not self._cancelled.wait(_SLICE):
                 if self._held is not paused and hasattr(handle, "pause"):
@@ -187,6 +166,30 @@ class StepRunner:
         return any(line.status == 1 for line in found)
 
 
+class InputAnswers:
+    """Waits for an input that answers the question of a run: it comes on after the first message since.
+
+    Attributes:
+        question: As of the run.
+        answer, number: The answer and its input; "" and 0 until there is one.
+        off: Ends it.
+    """
+
+    def __init__(self, chassis: Chassis, run: Run) -> None:
+        self.question, self.answer, self.number = run.question, "", 0
+        self._names = {number: name for name, number in run.value("inputs").items()}
+        self._module, self._before = run.value("module"), frozenset(self._names)
+        self.off = chassis.feed("inputs").on(self._note, connect=False)
+
+    def _note(self, message: Any) -> None:
+        lines = [line for line in message.IOs if line.module == self._module and line.id in self._names]
+        on = frozenset(line.id for line in lines if line.status == 1)
+        new, self._before = on - self._before, on
+        if len(new) == 1 and not self.answer:  # two at once are no answer
+            (self.number,) = new
+            self.answer = self._names[self.number]
+
+
 def result_of(outcome: Outcome, explained: Callable[[], bool]) -> Result:
     """How a step ends whose goal ends so. What somebody stops may end in any way, as failed, too. So it
     counts as stopped, unless it has arrived, its time limit has passed, or the robot has rejected it or tells
@@ -228,6 +231,15 @@ def _charge(step: StepRunner) -> Outcome:
     return outcome
 
 
+def _task_list(step: StepRunner) -> Outcome:
+    """Its last task is what the robot's history tells; that of an earlier run does not count."""
+    chassis, found = step.chassis, stored_task_list(step.chassis.robot_api, step.value("list"))
+    past = [task for task in chassis.robot_api.task_history() if task.task_id % 2**64 == found.tasks[-1]]
+    after = past[-1].time if past else -1.0
+    step.report("sent", token=step.token, task=found.tasks[-1], after=after)
+    return step.goal(lambda: chassis.task_list(found, timeout=None))
+
+
 def _act(step: StepRunner, name: str, type_name: str, **fields: object) -> GoalHandle[Any]:
     return step.chassis.action(name, from_dict(message_type(type_name), fields), timeout=None)
 
@@ -263,6 +275,7 @@ _ACTIONS: Mapping[str, Callable[[StepRunner], Any]] = {
     "load": _drive(lambda step: step.chassis.carry(step.value("mark"), Direction.LOAD, timeout=None)),
     "unload": _drive(lambda step: step.chassis.carry(step.value("mark"), Direction.UNLOAD, timeout=None)),
     "charge": _charge,
+    "task_list": _task_list,
     "move": _drive(lambda step: step.chassis.move(step.value("metres"), speed=step.value("speed"))),
     "rotate": _drive(lambda step: step.chassis.rotate(step.value("degrees"), degrees=True)),
     "dock": _drive(

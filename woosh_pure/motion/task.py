@@ -139,8 +139,8 @@ _ASKED = {
 class TaskMotion(Motion[RobotStatus]):
     """A task, sent by /exec_task with a random id and observed on /robot_status."""
 
-    def __init__(self, components: Components, order: TaskOrder) -> None:
-        tracker = TaskTracker(new_task_id())
+    def __init__(self, components: Components, order: TaskOrder, tracker: TaskTracker | None = None) -> None:
+        tracker = tracker or TaskTracker(new_task_id())
         super().__init__(components, order.sentence(), task_id=tracker.task_id)
         self._order = order
         self._status = components.feeds.get("status")
@@ -194,20 +194,24 @@ class TaskMotion(Motion[RobotStatus]):
         if not reply.success:
             self._refuse(reply)
 
-    def _execute(self) -> DynamicMessage:
-        ask = self.components.clients.exec_task
+    def _execute(self) -> Any:
         if self.asked:
             raise MotionRefused(
                 say("{goal}: it was stopped before it was sent; nothing was sent", goal=self.description)
             )
         self._asked_for = True
-        reply = ask(TaskCommand.EXECUTE, self.task_id, timeout=_REPLY_SECONDS, **self._order.fields())
+        reply = self._request()
         with self._tracker_lock:
             self._tracker.reply(reply.success, reply.message, int(reply.statusCode))
         self._settle()
         if self.asked:  # the cancel did not wait long enough for this reply: repeat it
-            ask(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
+            self.components.clients.exec_task(TaskCommand.CANCEL, self.task_id, timeout=_ONCE_MORE)
         return reply
+
+    def _request(self) -> Any:
+        """Ask the robot to begin it; a reply of /exec_task."""
+        ask, fields = self.components.clients.exec_task, self._order.fields()
+        return ask(TaskCommand.EXECUTE, self.task_id, timeout=_REPLY_SECONDS, **fields)
 
     def _note_not_sent(self, error: Exception) -> None:
         if self._asked_for and isinstance(error, (ConnectionLost, RosTimeout)):

@@ -185,6 +185,10 @@ class RobotApi:
         records = map(values.task_of, self._ask("woosh.robot.TaskHistory")["tes"])
         return sorted(records, key=lambda record: record.time)
 
+    def task_lists(self, *, timeout: float = 5.0) -> list[values.TaskList]:
+        """The task lists that are stored in the robot; the step `task_list` of a mission carries one out."""
+        return values.task_lists_of(self._ask("woosh.task.TaskInfo", timeout=timeout))
+
     def events(self) -> list[values.RobotEvent]:
         """The last status codes (up to 50), the oldest first."""
         events = map(values.event_of, self._ask("woosh.robot.count.StatusCodes")["scs"])
@@ -212,19 +216,20 @@ class RobotApi:
     def _ask(
         self, request: str, body: Mapping[str, Any] | None = None, *, timeout: float = 5.0
     ) -> wire.Values:
-        return self._required().ask(request, body, timeout=timeout)
+        return self.required().ask(request, body, timeout=timeout)
 
-    def _required(self) -> ApiRequests:
+    def required(self) -> ApiRequests:
+        """What asks the robot, without the checks of `request`; for this package."""
         if self._requests is None:
             raise ChassisError("the Robot API of this Chassis is switched off (robot_api=False)")
         return self._requests
 
     def _device_state(self) -> wire.Values | None:
         """The robot's DeviceState; None if it has the form of before 1.1.1, which says something else."""
-        body = self._required().ask_raw("woosh.robot.DeviceState")
+        body = self.required().ask_raw("woosh.robot.DeviceState")
         if not isinstance(body, dict) or not body.keys() & {"hardware", "software"}:
             return None
-        return self._required().loaded("woosh.robot.DeviceState", body)
+        return self.required().loaded("woosh.robot.DeviceState", body)
 
 
 def robot_api_at(

@@ -16,12 +16,12 @@ from woosh_pure.robot_api.wire import dump, path_of
 def last_request(api: ApiAddress, name: str, message: Any) -> LastRequest:
     """The zero of a velocity topic, the cancel of a task or, without a message, that of an action."""
     type_name, values = cancel_of(name) if message is None else to_api(name, message)
-    task = getattr(message, "task_id", None)  # the order names no task: another one is spared
+    task = getattr(message, "task_id", 0)  # the order names no task: another one is spared, unless it is 0
     return LastRequest(
         make_uri(api.host, api.port),
         path_of(type_name),
         json.dumps(dump(type_name, values)),
         path_of(ROBOT + "TaskProc"),
-        () if task is None else ("robotTaskId", str(task)),
+        () if not task else ("robotTaskId", str(task)),
         authorization(api),
     )

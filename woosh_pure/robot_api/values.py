@@ -118,6 +118,21 @@ class TaskRecord:
 
 
 @dataclass(frozen=True, slots=True)
+class TaskList:
+    """A task list that is stored in the robot.
+
+    Attributes:
+        tasks: The ids that its tasks have in /robot_status, in their order.
+        stoppable: Whether a cancel ends it; else the robot keeps or skips a cancelled task, and goes on.
+    """
+
+    id: int
+    name: str
+    tasks: tuple[int, ...]
+    stoppable: bool
+
+
+@dataclass(frozen=True, slots=True)
 class RobotEvent:
     """A status code that the robot has kept.
 
@@ -251,6 +266,23 @@ def task_of(body: Body) -> TaskRecord:
     kind, state = TaskType(body["type"]), TaskState(body["state"])
     destination, message = printable(body["dest"]), printable(body["msg"])
     return TaskRecord(body["robotTaskId"], kind, state, destination, message, float(body["time"]))
+
+
+def task_lists_of(body: Body) -> list[TaskList]:
+    """The task lists of a TaskInfo. A task's id is its list's and two digits, with the sign of the list."""
+    found = {}
+    for each in (*body["repeatTasks"], *body["callTasks"]):
+        if "base" in (given := each.get("taskSet", {})):
+            list_id, tasks = given["base"]["id"], [task for task in given["tasks"] if "base" in task]
+            first, sign = list_id * 100, -1 if list_id < 0 else 1
+            ids = tuple((first + sign * task["base"]["id"]) % 2**64 for task in tasks)
+            goes_on = any(
+                task["base"]["cannotCancel"]
+                or any(task.get("consta", {}).get(key) for key in ("cancelNext", "cancelSkip"))
+                for task in tasks
+            )
+            found[list_id] = TaskList(list_id, printable(given["base"]["name"]), ids, not goes_on)
+    return [*found.values()]
 
 
 def event_of(body: Body) -> RobotEvent:

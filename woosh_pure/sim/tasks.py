@@ -87,6 +87,7 @@ class TaskMachine:
         self.dest = ""
         self.message = ""
         self.fail_next: str | None = None
+        self._following: list[TaskRequest] = []  # of a task list
 
     @property
     def busy(self) -> bool:
@@ -106,6 +107,13 @@ class TaskMachine:
         if handler is None:
             return self._reply(False, f"task_exect {int(request.command)} is not known")
         return handler(request)
+
+    def start_list(self, tasks: Sequence[TaskRequest]) -> str:
+        """Begin tasks that follow each other; why not, "" if they do. A failure or cancel ends them."""
+        reply = self._execute(tasks[0])
+        if reply.success:
+            self._following = [*tasks[1:]]
+        return "" if reply.success else reply.message
 
     def _reply(self, success: bool, message: str, code: int = 0) -> TaskReply:
         if code:
@@ -188,6 +196,8 @@ class TaskMachine:
         self._motion = None
         self._handling = None
         self.message = message
+        if state is not TaskState.COMPLETED:
+            self._following = []
         self._set(state, self.action_type, action_state)
 
     def _complete(self) -> None:
@@ -200,6 +210,8 @@ class TaskMachine:
 
     def step(self, dt: float) -> None:
         """Advance the task; called after the base has moved."""
+        if self._following and not self.busy and not self._execute(self._following.pop(0)).success:
+            self._following = []
         if self.state is not TaskState.RUNNING:
             return
         if self.fail_next is not None:

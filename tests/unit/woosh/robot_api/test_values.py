@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from tests.support.robot_api_peer import ANSWERS
 from woosh_pure.enums import TaskState
 from woosh_pure.faults import FaultLevel
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark, with_robot_marks
+from woosh_pure.motion.task_list import ListTracker
+from woosh_pure.outcome import OutcomeKind
 from woosh_pure.robot_api import values, wire
+from woosh_pure.values.convert import to_value
+from woosh_pure.values.messages import message_type
 
 
 def body(request: str) -> wire.Values:
@@ -103,3 +108,53 @@ def test_the_users_mark_stays_the_users_and_takes_the_robots_pose_if_it_has_none
     assert merged["A"].source == "robot"
     place = UserMark("A", Pose2D(9.0, 9.0), on_chassis=False)
     assert with_robot_marks([place], robot)[-1] == place, "a place of the user's own is driven to as before"
+
+
+def test_task_lists_have_the_ids_that_their_tasks_will_have() -> None:
+    """With the list's sign, as /robot_status has it; one that a cancel does not end is not stoppable."""
+
+    def stored(number: int, **task: Any) -> dict[str, Any]:
+        given = {"id": 3, "cannotCancel": False, **task}
+        consta = {key: given.pop(key) for key in ("cancelNext", "cancelSkip") if key in given}
+        more = {"consta": consta} if consta else {}
+        return {"taskSet": {"base": {"id": number, "name": f"n{number}"}, "tasks": [{"base": given, **more}]}}
+
+    lists = values.task_lists_of(
+        wire.load(
+            "woosh.task.TaskInfo",
+            {
+                "repeatTasks": [stored(7), stored(-7), stored(8, cannotCancel=True), {}],
+                "callTasks": [
+                    stored(9, cancelNext=True),
+                    stored(10, cancelSkip=True),
+                    stored(11, cancelSkip=False),
+                ],
+            },
+        )
+    )
+    found = [(each.id, each.name, each.tasks[0], each.stoppable) for each in lists]
+    assert found == [
+        (7, "n7", 703, True),
+        (-7, "n-7", 2**64 - 703, True),
+        (8, "n8", 803, False),
+        (9, "n9", 903, False),
+        (10, "n10", 1003, False),
+        (11, "n11", 1103, True),
+    ]
+
+
+def test_a_list_ends_with_its_last_task_of_this_run() -> None:
+    """What the robot still shows of an earlier run is no end; the end of another task is none, either."""
+    tracker = ListTracker(values.TaskList(1, "Round", (101, 102), True))
+
+    def tell(task: int, state: TaskState) -> OutcomeKind | None:
+        message = message_type("woosh_msgs/RobotStatus")(task_id=task, task_state=int(state))
+        tracker.status(to_value("woosh_msgs/RobotStatus", message))
+        return tracker.ending and tracker.ending.kind
+
+    assert tell(102, TaskState.COMPLETED) is None
+    assert tell(0, TaskState.UNDEFINED) is None
+    assert tell(101, TaskState.RUNNING) is None
+    assert tell(101, TaskState.COMPLETED) is None
+    assert tell(102, TaskState.RUNNING) is None
+    assert tell(102, TaskState.COMPLETED) is OutcomeKind.ARRIVED

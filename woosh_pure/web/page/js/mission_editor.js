@@ -94,13 +94,19 @@ export class MissionEditor {
     return el("label", {}, el("span", {}, label), input, el("datalist", { id: `${id}-names` }, ...names.map((name) => el("option", { value: name }))));
   }
 
-  // A table, such as the answers of a question with the step that each leads to.
+  // A table: the answers of a question with the step that each leads to, or their inputs.
   pairs(step, key, id, label) {
     const pairs = Object.entries(step[key] ?? {}).map(([name, value]) => ({ name, value }));
     while (pairs.length < MAX_ANSWERS) pairs.push({});
-    return el("div", { class: "pairs", oninput: () => (step[key] = Object.fromEntries(pairs.filter((one) => one.name).map((one) => [one.name, one.value ?? "next"]))) },
+    const leads = key === "answers";
+    const [to, empty, row] = leads ? [t("key.then"), "next", { type: "target", names: [] }] : [`${label} ${t("key.is")}`, "", { type: "number", names: [] }];
+    const keep = () => {
+      step[key] = Object.fromEntries(pairs.filter((one) => one.name).map((one) => [one.name, one.value ?? empty]));
+      if (!leads && !Object.keys(step[key]).length) delete step[key];
+    };
+    return el("div", { class: "pairs", oninput: keep },
       ...pairs.map((one, at) => el("div", { class: "inline" }, this.input(`${id}-${at}`, `${label} ${at + 1}`, one, "name", { maxlength: 100 }),
-        this.input(`${id}-${at}-to`, t("key.then"), one, "value", { maxlength: 100, placeholder: "next" }, { type: "target", names: [] }))));
+        this.input(`${id}-${at}-to`, to, one, "value", { maxlength: 100, placeholder: empty || null }, row))));
   }
 
   save(event) {

@@ -4,8 +4,8 @@ const named = (group, names) => Object.fromEntries(names.split(" ").map((name) =
 
 export const missions = {
   // The keys of a file, as they are written there.
-  ...named("step", "go_to_mark go_to park load unload charge move rotate dock lift wait wait_for_input wait_for_battery light say picture call ask repeat if go_on"),
-  ...named("key", "mark x y degrees until_percent metres speed tag to seconds input is percent state color text file service request answers default from times value below above then else with name timeout retries retry_pause on_failure"),
+  ...named("step", "go_to_mark go_to park load unload charge task_list move rotate dock lift wait wait_for_input wait_for_battery light say picture call ask repeat if go_on"),
+  ...named("key", "mark x y degrees until_percent metres speed tag to seconds list input inputs module is percent state color text file service request answers default from times value below above then else with name timeout retries retry_pause on_failure"),
   "goal.queued": "In the queue",
   "goal.waiting": "Waiting",
   "goal.retrying": "Tries again",
