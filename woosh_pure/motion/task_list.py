@@ -19,7 +19,7 @@ from woosh_pure.enums import Direction, TaskCommand, TaskState, TaskType
 from woosh_pure.errors import ApiRefused
 from woosh_pure.motion.task import TaskHandle, TaskMotion, TaskOrder, TaskTracker, logger
 from woosh_pure.outcome import OutcomeKind
-from woosh_pure.robot_api.api import RobotApi
+from woosh_pure.robot_api.api import RobotApi, requests_of
 from woosh_pure.robot_api.translate import ROBOT
 from woosh_pure.robot_api.values import TaskList
 from woosh_pure.stopping.stop_executor import Job
@@ -68,7 +68,7 @@ class TaskListMotion(TaskMotion):
         state = 0 if status is None else int(status.robot_state)
         try:
             body = {"taskSetId": self._tasks.id}
-            self._api.required().ask(ROBOT + "ExecPreTask", body, timeout=_START_SECONDS)
+            requests_of(self._api).ask(ROBOT + "ExecPreTask", body, timeout=_START_SECONDS)
         except ApiRefused as refused:
             return SimpleNamespace(success=False, message=refused.robot_text, statusCode=state)
         return SimpleNamespace(success=True, message="", statusCode=state)
@@ -110,7 +110,7 @@ class TaskListMotion(TaskMotion):
 
     def _order_cancel(self) -> None:
         """Cancel by the Robot API, if a task of this list is under way."""
-        ask = self._api.required().ask
+        ask = requests_of(self._api).ask
         try:
             task = ask(ROBOT + "TaskProc", timeout=_CANCEL_SECONDS)
             mine = task["robotTaskId"] % 2**64 in self._tasks.tasks

@@ -1,7 +1,7 @@
 """`RobotApi`: what the robot tells by its Robot API and not by ROS 1: marks, maps, zones, history, settings.
 
 Every method asks the robot and waits for its answer, in the thread that calls it. None of them is used by a
-verb, a feed or a stop.
+feed or a stop, and of the verbs by `task_list` alone.
 """
 
 from __future__ import annotations
@@ -216,20 +216,19 @@ class RobotApi:
     def _ask(
         self, request: str, body: Mapping[str, Any] | None = None, *, timeout: float = 5.0
     ) -> wire.Values:
-        return self.required().ask(request, body, timeout=timeout)
+        return self._required().ask(request, body, timeout=timeout)
 
-    def required(self) -> ApiRequests:
-        """What asks the robot, without the checks of `request`; for this package."""
+    def _required(self) -> ApiRequests:
         if self._requests is None:
             raise ChassisError("the Robot API of this Chassis is switched off (robot_api=False)")
         return self._requests
 
     def _device_state(self) -> wire.Values | None:
         """The robot's DeviceState; None if it has the form of before 1.1.1, which says something else."""
-        body = self.required().ask_raw("woosh.robot.DeviceState")
+        body = self._required().ask_raw("woosh.robot.DeviceState")
         if not isinstance(body, dict) or not body.keys() & {"hardware", "software"}:
             return None
-        return self.required().loaded("woosh.robot.DeviceState", body)
+        return self._required().loaded("woosh.robot.DeviceState", body)
 
 
 def robot_api_at(
@@ -248,6 +247,11 @@ def robot_api_at(
     host = parse_uri(master_uri)[0]
     address = only_robot_api(master_uri, given) or api_address(given if isinstance(given, str) else "", host)
     return RobotApi(ApiRequests(address, HostNames(resolve, master=host, quiet=True)), require_free_base)
+
+
+def requests_of(api: RobotApi) -> ApiRequests:
+    """What asks the robot, without the checks of `RobotApi.request`: for motions, which know how to stop."""
+    return api._required()
 
 
 def request_named(name: str) -> str:
