@@ -537,7 +537,7 @@ class _Change:
                 self.note("waiting", reason)
             return
         # Only before a step that finds its way from the charger: a relative one would begin elsewhere.
-        finds = not {"mark", "x"}.isdisjoint(run.step.keys)
+        finds = not {"mark", "x", "list"}.isdisjoint(run.step.keys)
         low = run.entry.mission.guard("battery_below")
         if finds and battery is not None and battery < low and not run.failure:
             self.set(charging=True)
