@@ -73,7 +73,7 @@ def alone(chassis: Chassis) -> bool:
 
 @pytest.mark.promise("another program can send velocities, too")
 def test_the_second_of_two_programs_is_refused_until_the_first_has_left_its_block(sim, chassis, until):
-    with program(DRIVER, sim.master_uri) as first:
+    with program(DRIVER, chassis.node.master_uri) as first:
         first.expect("driving")
         block = chassis.velocity(bypasses_protection=True)
         with pytest.raises(MotionRefused, match=r"first_driver.*can also send velocities.*share=True"):
@@ -90,7 +90,7 @@ def test_the_second_of_two_programs_is_refused_until_the_first_has_left_its_bloc
 
 
 def test_a_killed_program_stays_registered_and_refuses_nobody(sim, chassis, until):
-    with program(DRIVER, sim.master_uri) as first:
+    with program(DRIVER, chassis.node.master_uri) as first:
         first.expect("driving")
         first.process.kill()
         first.process.wait(10)
@@ -102,7 +102,7 @@ def test_a_killed_program_stays_registered_and_refuses_nobody(sim, chassis, unti
 
 def test_who_says_so_shares_and_is_told_of_the_other(sim, chassis, caplog):
     with (
-        rosproto.Node("/teleop", master_uri=sim.master_uri) as node,
+        rosproto.Node("/teleop", master_uri=chassis.node.master_uri) as node,
         node.publisher("/base_cmd_vel", TWIST),  # also the other topic: it is the same base
         chassis.velocity(bypasses_protection=True, share=True) as drive,
     ):
@@ -125,7 +125,7 @@ def test_the_robots_own_nodes_do_not_refuse(sim, chassis):
 def test_a_newcomer_is_a_warning_and_the_drive_goes_on(sim, chassis, until, caplog, monkeypatch):
     monkeypatch.setattr("woosh_pure.velocity.drive._LOOK_AROUND", 0.05)
     with (
-        rosproto.Node("/late", master_uri=sim.master_uri) as node,
+        rosproto.Node("/late", master_uri=chassis.node.master_uri) as node,
         chassis.velocity(bypasses_protection=True) as drive,
     ):
         assert drive.others == ()
@@ -162,10 +162,10 @@ def test_a_robot_that_stands_is_taken_without_a_word(sim, chassis, caplog):
 
 
 @pytest.fixture
-def ticking(sim) -> Iterator[rosproto.Publisher]:
+def ticking(chassis) -> Iterator[rosproto.Publisher]:
     """A program that sends zero velocities all the time, as an idle joystick does."""
     over = threading.Event()
-    with rosproto.Node("/joystick", master_uri=sim.master_uri) as node:
+    with rosproto.Node("/joystick", master_uri=chassis.node.master_uri) as node:
         publisher = node.publisher("/base_cmd_vel", TWIST)
 
         def tick() -> None:
@@ -210,7 +210,7 @@ def test_an_unknown_node_on_the_robots_computer_is_taken_for_a_part_of_it(sim, c
     """Other firmwares have other nodes; from a computer beside the robot its address tells them."""
     monkeypatch.setattr(other_drivers, "_robot_host", lambda node, state: "127.0.0.1")
     with (
-        rosproto.Node("/woosh_unheard_of", master_uri=sim.master_uri) as node,
+        rosproto.Node("/woosh_unheard_of", master_uri=chassis.node.master_uri) as node,
         node.publisher("/smooth_cmd_vel", TWIST),
         chassis.velocity(bypasses_protection=True) as drive,
     ):
@@ -239,7 +239,7 @@ def test_a_node_that_does_not_answer_refuses_and_the_way_out_is_named(sim, chass
     def silent(client):
         raise RosTimeout("no answer", what="getPublications", seconds=1.0)
 
-    with rosproto.Node("/gone", master_uri=sim.master_uri) as node, node.publisher("/smooth_cmd_vel", TWIST):
+    with rosproto.Node("/gone", master_uri=chassis.node.master_uri) as node, node.publisher("/smooth_cmd_vel", TWIST):
         monkeypatch.setattr("rosproto.node.NodeClient.get_publications", silent)
         with pytest.raises(MotionRefused, match=r"/gone.*does not answer.*rosproto node cleanup"):
             chassis.velocity(bypasses_protection=True).__enter__()
@@ -248,7 +248,7 @@ def test_a_node_that_does_not_answer_refuses_and_the_way_out_is_named(sim, chass
 def test_a_driver_whose_host_nobody_knows_is_not_taken_for_gone(sim, chassis):
     """That nobody listens at the master's address in its place proves nothing."""
     uri = "http://laptop-of-somebody.invalid:9/"
-    with rosproto.MasterClient(sim.master_uri, "/elsewhere") as client:
+    with rosproto.MasterClient(chassis.node.master_uri, "/elsewhere") as client:
         client.register_publisher("/smooth_cmd_vel", TWIST, uri)
         try:
             with pytest.raises(MotionRefused, match=r"/elsewhere.*does not answer"):
@@ -260,7 +260,7 @@ def test_a_driver_whose_host_nobody_knows_is_not_taken_for_gone(sim, chassis):
 def test_without_its_master_nobody_knows_who_drives(until):
     with SimulatedChassis(speed=8, full_graph=False) as sim, Chassis(sim.master_uri, timeout=1.0) as chassis:
         block = chassis.velocity(bypasses_protection=True)
-        sim._master.close()
+        (chassis._bridge or sim)._master.close()
         with pytest.raises(rosproto.RosError):
             block.__enter__()
         with pytest.raises(MotionRefused):
@@ -280,7 +280,7 @@ rospy.spin()
 @pytest.mark.interop
 def test_a_rospy_publisher_is_another_driver(sim, chassis, until):
     ros.require_ros()
-    with ros.start_rospy(ROSPY, sim.master_uri) as process:
+    with ros.start_rospy(ROSPY, chassis.node.master_uri) as process:
         process.wait_for("^up$", 60.0)
         with pytest.raises(MotionRefused, match=r"/rospy_teleop"):
             chassis.velocity(bypasses_protection=True).__enter__()
