@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from rosproto import Node
+from rosproto import Master, Node
 from tests.support.extras import needs
 from tests.support.png import read_png
 from tests.support.robot_api import ApiClient
@@ -378,8 +378,6 @@ def test_clients_that_go_without_a_word_leave_nothing(world: World) -> None:
 
 def test_what_nobody_tells_is_not_known() -> None:
     """Over a graph without a robot, and without a site: no zeros, and no claim that an emergency stop is released."""
-    from rosproto import Master
-
     with (
         Master() as master,
         Node("alone", master_uri=master.uri, rosout=False) as node,
@@ -402,6 +400,48 @@ def test_what_nobody_tells_is_not_known() -> None:
             assert not got["ok"]
             assert "not known here" in got["msg"]
         assert "no scan was received" in client.answer({"type": ROBOT + "ScannerData"})["msg"]
+
+
+def test_scans_that_cannot_be_subscribed_are_refused_with_the_reason() -> None:
+    """They are subscribed when the first client wants them, and the master may have gone. Asked again, they come."""
+    scanner = ROBOT + "ScannerData"
+    with (
+        Master() as master,
+        Node("door", master_uri=master.uri, rosout=False) as node,
+        RobotApiServer(node, port=0) as server,
+        ApiClient(server.url) as client,
+    ):
+        port = int(master.uri.rstrip("/").rpartition(":")[2])
+        master.close()
+        client.subscribe(scanner)
+        refused = client.receive()
+        assert (refused["type"], refused["ok"], refused["body"]) == ("woosh.Subscription", False, {})
+        assert scanner in refused["msg"]
+        with (
+            Master(port=port),
+            Node("laser", master_uri=master.uri, rosout=False) as robot,
+            robot.publisher("/scan", "sensor_msgs/LaserScan", latch=True) as publisher,
+        ):
+            publisher.publish(ranges=[1.0, 2.0])
+            client.subscribe(scanner)
+            assert client.next_push(scanner)["ranges"] == [1.0, 2.0]
+
+
+def test_scans_of_another_type_are_refused_with_the_type() -> None:
+    with (
+        Master() as master,
+        Node("laser", master_uri=master.uri, rosout=False) as robot,
+        robot.publisher("/scan", "std_msgs/String", latch=True) as publisher,
+        Node("door", master_uri=master.uri, rosout=False) as node,
+        RobotApiServer(node, port=0) as server,
+        ApiClient(server.url) as client,
+    ):
+        publisher.publish(data="no scan")
+        client.subscribe(ROBOT + "ScannerData")
+        refused = client.receive()
+        assert (refused["type"], refused["ok"]) == ("woosh.Subscription", False)
+        assert "std_msgs/String" in refused["msg"]
+        until(lambda: not server._gateway._sessions)
 
 
 def test_an_old_pose_is_not_the_present_one(
@@ -448,8 +488,6 @@ def test_a_robot_of_an_older_firmware_is_read_as_well(firmware: str) -> None:
 
 def test_a_publisher_of_another_type_tells_nothing(caplog: pytest.LogCaptureFixture) -> None:
     """It is named once in the log, and what it covers is not known."""
-    from rosproto import Master
-
     with (
         Master() as master,
         Node("odd", master_uri=master.uri, rosout=False) as odd,
@@ -464,8 +502,6 @@ def test_a_publisher_of_another_type_tells_nothing(caplog: pytest.LogCaptureFixt
 
 def test_a_fault_that_comes_again_after_its_module_was_cleared_is_a_new_event() -> None:
     """A code that is only repeated is not; the end of a module ends the faults of its submodules."""
-    from rosproto import Master
-
     fault, end_of_module = 140201000022, 140200000000
     with (
         Master() as master,

@@ -18,6 +18,7 @@ from woosh_pure.api_bridge import publishing
 from woosh_pure.api_bridge.client import GONE_SECONDS, LATE_SECONDS, Answer, ApiLink
 from woosh_pure.api_bridge.handlers import ApiHandlers
 from woosh_pure.api_bridge.publishing import POSE, SCAN, SCANNER, STATUS, TASK, Publishing
+from woosh_pure.robot_api import wire
 from woosh_pure.robot_api.commands import FEEDBACKS
 from woosh_pure.robot_api.http import ApiAddress, ApiRequests
 from woosh_pure.robot_api.translate import ROBOT
@@ -55,7 +56,7 @@ class ApiBridge:
         on_refused: Callable[[str], object] = lambda why: None,
     ) -> None:
         self._on_refused = on_refused
-        topics = sorted({*publishing.TELLING, FEEDBACKS})
+        topics = wire.topics() & {*publishing.TELLING, FEEDBACKS}
         self._link = ApiLink(address, topics, self._received, self._refused, hosts)
         self._known = Publishing(self._publisher)
         self._requests = ApiRequests(address, hosts)

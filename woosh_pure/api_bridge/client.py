@@ -23,6 +23,7 @@ from rosproto.extras import optional_module
 from rosproto.json_text import JsonError
 from rosproto.logs import get_logger
 from rosproto.sentence import both, say, sentence_of
+from rosproto.text import printable
 from rosproto.transport import Backoff, Deadline, HostNames, connect, interrupt, make_uri, next_item
 from woosh_pure.errors import ApiRefused
 from woosh_pure.robot_api import wire
@@ -391,6 +392,8 @@ class ApiLink:
                     self._news.notify_all()  # another velocity may be sent
                 if asked is not None:
                     self._call(partial(asked.done, _answer(asked.request, frame)))
+                elif frame.get("type") == wire.SUBSCRIPTION and frame["ok"] is False:
+                    _log.warning("! %s: it does not push: %s", self.uri, printable(str(frame.get("msg", ""))))
             elif isinstance(name := frame.get("type"), str) and name in self._topics:
                 self._call(partial(self._received, name, wire.load(name, frame.get("body"))))
         except (JsonError, CodecError) as error:

@@ -137,7 +137,11 @@ class ApiSession:
             if unknown and asked["sub"]:
                 raise Refused(f"not topics of the Robot API: {', '.join(map(short, unknown[:5]))}")
         except (Refused, RosError) as problem:
-            self._send(wire.answer(wire.SUBSCRIPTION, ok=False, msg=str(problem)))
+            self.refuse_subscription(str(problem))
+
+    def refuse_subscription(self, why: str) -> None:
+        """Say why something is not pushed; from any thread."""
+        self._send(wire.answer(wire.SUBSCRIPTION, ok=False, msg=why))
 
     def push(self, type_name: str, text: str | None) -> None:
         """Send the present value of a type, unless it is known to the client; the state's lock is held.

@@ -13,6 +13,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Collection, Hashable, Mapping
 from contextlib import closing
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rosproto.bounded_cache import BoundedCache
@@ -148,7 +149,10 @@ class ApiState(GatewayState):
         """Keep a message, which is decoded when its values are asked for; in a thread of the node."""
         row = event.topic
         if event.type_name != TYPES[row]:
-            self._warn(row, f"{event.description.publisher} publishes {event.type_name}, not {TYPES[row]}")
+            why = f"{event.description.publisher} publishes {event.type_name}, not {TYPES[row]}"
+            self._warn(row, why)
+            if row == SCAN and SCAN not in self._latest:
+                self.pool.spawn(partial(self._refuse_scans, why))
             return
         recorded = _translated(event) if row in ("/robot_status", "/status_code") else {}
         with self._news:
@@ -343,6 +347,15 @@ class ApiState(GatewayState):
                     scan.close()
         except RosError as problem:
             self._warn(SCAN, str(problem))
+            self._refuse_scans(str(problem))
+
+    def _refuse_scans(self, why: str) -> None:
+        """Tell the clients that wait for scans why none come; they may subscribe again."""
+        with self._news:
+            waiting = [session for session in self._sessions if SCANNER in session.topics]
+        for session in waiting:
+            self.subscribe(session, {SCANNER}, sub=False)
+            session.refuse_subscription(f"{SCANNER} is not pushed: {why}")
 
     def _push_changes(self) -> None:
         due: dict[str, float] = {}
