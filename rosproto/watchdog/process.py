@@ -25,7 +25,7 @@ from functools import partial
 from typing import Any, BinaryIO
 
 from rosproto.codec import decode, define, service_class
-from rosproto.errors import RosError
+from rosproto.errors import RosError, RosTimeout
 from rosproto.json_text import JsonReader
 from rosproto.node import Node, PreparedCall
 from rosproto.protocol.wire_limits import Limits
@@ -53,6 +53,7 @@ from rosproto.watchdog.protocol import (
 
 CONNECT_SECONDS = 1.0  # to connect to a subscriber that the master knows
 CALL_SECONDS = 2.0
+KEPT_SECONDS = 0.3  # for an answer on a connection that was kept: it may be dead
 RETRY_SECONDS = 10.0  # after the parent's end, for a robot that cannot be reached
 RETRY_INTERVAL = 0.5  # seconds between these attempts
 PARENT_CHECK_SECONDS = 0.25  # between two checks of the parent
@@ -184,25 +185,31 @@ class RequestSender:
     def perform(self) -> None:
         """Send it unless that is superfluous, and wait for the answer."""
         with self._turn:
-            if self.done and self._request.only_if:
-                return
-            try:
-                if self._is_other():
-                    self.done = True
-                else:
-                    answer = self._post(self._request.path, self._request.body, CALL_SECONDS)
-                    self.done = answer.get("ok") is True
-            except (RosError, ValueError):
-                pass  # sent again in the next round
+            for seconds in (KEPT_SECONDS, CALL_SECONDS):  # the second time by a new connection
+                if self.done and self._request.only_if:
+                    return
+                try:
+                    if self._is_other(seconds):
+                        self.done = True
+                    else:
+                        answer = self._post(self._request.path, self._request.body, seconds)
+                        self.done = answer.get("ok") is True
+                    return
+                except RosTimeout:
+                    pass
+                except (RosError, ValueError):
+                    return  # sent again in the next round
 
-    def _is_other(self) -> bool:
+    def _is_other(self, seconds: float) -> bool:
         """Whether the server is known to do something else than this request is about."""
         if not self._request.only_if:
             return False
         key, wanted = self._request.only_if
         try:
-            told = self._post(self._request.ask_path, "{}", CALL_SECONDS).get("body")
-        except (RosError, ValueError):
+            told = self._post(self._request.ask_path, "{}", seconds).get("body")
+        except (RosError, ValueError) as error:
+            if isinstance(error, RosTimeout) and seconds < CALL_SECONDS:
+                raise
             return False  # in doubt it is stopped
         return isinstance(told, dict) and str(told.get(key, wanted)) != wanted
 

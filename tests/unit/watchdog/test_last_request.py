@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import threading
 from typing import Any, NamedTuple
 
 import pytest
 
 from rosproto.watchdog import LastRequest
 from rosproto.watchdog import process as module
+from tests.support.robot_api_peer import ANSWERS, ApiPeer
 
 
 class Response(NamedTuple):
@@ -63,6 +65,25 @@ def test_a_refused_cancel_is_sent_again(monkeypatch: pytest.MonkeyPatch) -> None
     made.perform()
     made.perform()
     assert (made.done, server.asked.count("cancel")) == (True, 2)
+
+
+@pytest.mark.parametrize("only_if", [(), ("state", "2")])
+def test_a_kept_connection_that_is_dead_is_left_for_a_new_one(only_if: tuple[str, ...]) -> None:
+    """The server that was killed with the program, or a network that forgot the connection, never answers."""
+    dead = threading.Event()
+
+    def wait(request: str) -> None:
+        if dead.is_set() and peer.connections == 1:
+            peer.closing.wait(20.0)
+
+    with ApiPeer({**ANSWERS, "woosh.robot.Twist": {}}, wait=wait) as peer:
+        paths = "/woosh/robot/Twist", "{}", "/woosh/robot/RobotState"
+        sender = module.RequestSender(LastRequest(f"http://127.0.0.1:{peer.port}", *paths, only_if))
+        dead.set()
+        sender.perform()
+        assert sender.done
+        assert peer.connections == 2
+        sender.close()
 
 
 def test_another_task_is_spared(monkeypatch: pytest.MonkeyPatch) -> None:
