@@ -299,7 +299,7 @@ def test_stop_does_not_wait_for_a_verb_that_cannot_connect(sim, chassis, until):
 
 
 def test_two_programs_that_compete_are_told_of_each_other(sim, real_time, chassis, until):
-    with Chassis(sim.master_uri) as other:
+    with Chassis(chassis.node.master_uri) as other:
         theirs = other.go_to_mark("B1")
         until(lambda: any(r.key == "other_client" for r in chassis.readiness().reasons))
         with pytest.raises(MotionRefused, match=r"another task is running.*of another client"):
@@ -318,7 +318,7 @@ def test_two_programs_that_compete_are_told_of_each_other(sim, real_time, chassi
 @pytest.mark.promise("`chassis.stop(everything=True)`, `woosh stop`")
 def test_stopping_everything_names_another_program_that_drives_by_velocity(sim, chassis):
     assert chassis.stop(everything=True).problems == []
-    with Chassis(sim.master_uri) as other, other.velocity(bypasses_protection=True):
+    with Chassis(chassis.node.master_uri) as other, other.velocity(bypasses_protection=True):
         problems = chassis.stop(everything=True).problems
         assert any(other.node.name in problem and "end it" in problem for problem in problems)
 

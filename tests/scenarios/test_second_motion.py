@@ -107,7 +107,7 @@ def test_two_threads_do_not_both_begin(sim, real_time, chassis):
 
 def test_another_program_still_commands_and_the_first_is_told(sim, real_time, chassis):
     handle = chassis.go_to(2.5, 0.0)
-    with Chassis(sim.master_uri, name="other") as other:
+    with Chassis(chassis.node.master_uri, name="other") as other:
         other.go_to(1.0, 0.0, check=False)
         with pytest.raises(RosError, match="another client"):
             handle.wait(20.0)

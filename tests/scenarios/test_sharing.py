@@ -239,7 +239,10 @@ def test_a_node_that_does_not_answer_refuses_and_the_way_out_is_named(sim, chass
     def silent(client):
         raise RosTimeout("no answer", what="getPublications", seconds=1.0)
 
-    with rosproto.Node("/gone", master_uri=chassis.node.master_uri) as node, node.publisher("/smooth_cmd_vel", TWIST):
+    with (
+        rosproto.Node("/gone", master_uri=chassis.node.master_uri) as node,
+        node.publisher("/smooth_cmd_vel", TWIST),
+    ):
         monkeypatch.setattr("rosproto.node.NodeClient.get_publications", silent)
         with pytest.raises(MotionRefused, match=r"/gone.*does not answer.*rosproto node cleanup"):
             chassis.velocity(bypasses_protection=True).__enter__()

@@ -145,7 +145,7 @@ def slow_driver(uri: str) -> Iterator[None]:
 
 
 def test_a_robot_that_stands_between_two_velocities_of_another_program_does_not_stand(sim, chassis, until):
-    with slow_driver(sim.master_uri):
+    with slow_driver(chassis.node.master_uri):
         until(lambda: not sim.world.body.velocity.is_standing())
         report = chassis.stop(everything=True, timeout=3.0)
     assert report.standing is False
@@ -167,7 +167,7 @@ def test_at_rest_it_says_that_nothing_ran(sim, chassis):
 @pytest.mark.parametrize("slow", [False, True], ids=["", "slow network"])
 def test_what_ran_is_named_and_what_did_not_is_not(sim, real_time, chassis, until, slow):
     chassis.wait_until_ready()
-    with Chassis(sim.master_uri, name="other") as other:
+    with Chassis(chassis.node.master_uri, name="other") as other:
         other.go_to(2.5, 0.0)
         until(lambda: sim.world.motion is not None)
         sim.slow_network(0.2 if slow else 0.0)
@@ -178,7 +178,7 @@ def test_what_ran_is_named_and_what_did_not_is_not(sim, real_time, chassis, unti
 
 @pytest.mark.promise("`chassis.stop(end_drivers=True)`")
 def test_programs_that_drive_are_asked_to_end_and_zero_follows(sim, chassis, until):
-    with Chassis(sim.master_uri, name="driver") as other:
+    with Chassis(chassis.node.master_uri, name="driver") as other:
         block = other.velocity(bypasses_protection=True)
         with pytest.raises(RosError), block as drive:  # noqa: PT012
             drive.set(0.05, valid_for=5.0)
@@ -193,7 +193,7 @@ def test_programs_that_drive_are_asked_to_end_and_zero_follows(sim, chassis, unt
 
 def test_a_program_that_refuses_to_end_is_named(sim, chassis):
     with (
-        rosproto.Node("/stubborn", master_uri=sim.master_uri, allow_shutdown=False) as node,
+        rosproto.Node("/stubborn", master_uri=chassis.node.master_uri, allow_shutdown=False) as node,
         node.publisher("/smooth_cmd_vel", TWIST),
     ):
         report = chassis.stop(end_drivers=True, timeout=1.5)
