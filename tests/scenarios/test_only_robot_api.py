@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -231,6 +232,39 @@ def test_a_task_arrives_by_its_own_id_only(robot: ScriptedRobot, chassis: Chassi
     push_task(robot, task_id, 3)
     push_task(robot, task_id, 7, 2)
     assert goal.wait(5.0).kind is OutcomeKind.ARRIVED
+
+
+def test_a_task_goes_on_while_its_link_is_away_and_its_end_is_ours(
+    robot: ScriptedRobot, chassis: Chassis
+) -> None:
+    goal = chassis.go_to_mark("A1")
+    task_id = task_of(robot)
+    push_task(robot, task_id, 3)
+    info(robot, taskProc={"robotTaskId": str(task_id), "state": 3}, state=4)
+    robot.drop()
+    until(lambda: len(robot.of("RobotInfo")) == 2)
+    push_task(robot, task_id + 1, 7)
+    assert not goal.done
+    until(lambda: (push_task(robot, task_id, 7, 2), goal.done)[1])
+    assert goal.wait(5.0).kind is OutcomeKind.ARRIVED
+    assert not robot.of("ActionOrder")
+
+
+@pytest.mark.promise("the connection of a robot that has only the Robot API is lost while a task runs")
+def test_a_stop_while_the_link_is_away_cancels_our_task_when_it_is_back(
+    robot: ScriptedRobot, chassis: Chassis
+) -> None:
+    chassis.go_to_mark("A1")
+    task_id = task_of(robot)
+    push_task(robot, task_id, 3)
+    info(robot, taskProc={"robotTaskId": str(task_id), "state": 3}, state=4)
+    stopping = threading.Thread(target=chassis.stop)
+    robot.answers["ActionOrder"] = lambda _: (push_task(robot, task_id, 8, 2), {})[1]
+    robot.drop()
+    stopping.start()
+    until(lambda: robot.of("ActionOrder"))
+    assert robot.of("ActionOrder")[0] == {"order": 4}
+    stopping.join(20.0)
 
 
 def test_a_refused_task_has_the_robots_words(robot: ScriptedRobot, chassis: Chassis) -> None:

@@ -45,7 +45,9 @@ class ApiHandlers:
         self, link: ApiLink, requests: ApiRequests, publishing: Publishing, closed: threading.Event
     ) -> None:
         self._link, self._requests, self._known, self._closed = link, requests, publishing, closed
-        self._lost_tasks: set[int] = set()  # sent, and not answered
+        self._lost_tasks: set[int] = (
+            set()
+        )  # to be cancelled when they show: begun or cancelled without an answer
         self._feedback: dict[str, queue.SimpleQueue[Values]] = {}
         rows = {command.row: interface_row(command.row) for command in COMMANDS}
         self.topics: dict[str, Callable[[DynamicMessage], object]] = {
@@ -91,10 +93,10 @@ class ApiHandlers:
         try:
             return self._ask("/exec_task", message, TASK_SECONDS)
         except (ConnectionLost, RosTimeout):
-            if command is TaskCommand.EXECUTE:
-                # Perhaps it was accepted: `task_seen` cancels it. A reply now would say that it was not.
+            if command in (TaskCommand.EXECUTE, TaskCommand.CANCEL):
                 self._lost_tasks.add(task_id)
                 self.task_seen()  # it may have come before
+            if command is TaskCommand.EXECUTE:  # a reply now would say that it was not accepted
                 self._closed.wait(max(0.0, began + UNKNOWN_SECONDS - time.monotonic()))
             raise
 
@@ -124,14 +126,21 @@ class ApiHandlers:
         return ""
 
     def task_seen(self) -> None:
-        """Cancel the newest task if its request was not answered."""
+        """Cancel the newest task if its request, or that to cancel it, was not answered."""
         task = self._known.values.get(TASK)
         if task is None or not TaskState(task["state"]).is_under_way:
             return
         task_id = task["robotTaskId"] % 2**64
         if task_id in self._lost_tasks:
             self._lost_tasks.discard(task_id)
-            self._link.post(ORDER, {"order": int(TaskCommand.CANCEL)}, partial(_log_refusal, ORDER))
+            self._link.post(
+                ORDER, {"order": int(TaskCommand.CANCEL)}, partial(self._cancel_answered, task_id)
+            )
+
+    def _cancel_answered(self, task_id: int, answer: Answer) -> None:
+        if isinstance(answer, (ConnectionLost, RosTimeout)):
+            self._lost_tasks.add(task_id)  # cancelled when it shows again
+        _log_refusal(ORDER, answer)
 
     # -- other services -------------------------------------------------------------------------------------
 
@@ -188,7 +197,7 @@ class ApiHandlers:
         heard, cancel_at = time.monotonic(), 0.0
         while not goal.status.is_terminal:  # the bridge is closed
             now = time.monotonic()
-            if goal.cancel_requested and now >= cancel_at:
+            if goal.cancel_requested and self._link.up and now >= cancel_at:
                 cancel_at = now + 1.0
                 self._link.post(*cancel_of(row))
             try:

@@ -11,7 +11,7 @@ import pytest
 
 from rosproto.action import GoalStatus
 from rosproto.codec import Message
-from rosproto.errors import RosError, RosTimeout
+from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from rosproto.numeric import encode_png
 from tests.support.waiting import until
 from woosh_pure.api_bridge import handlers as module
@@ -40,16 +40,21 @@ class Robot:
     def ask(self, request: str, body: object, timeout: float) -> Any:
         return self.during()
 
-    def post(self, request: str, body: object, done: object = None) -> None:
-        self.posted.append(request)
+    def post(self, request: str, body: object, done: Any = None) -> None:
+        if self.up:
+            self.posted.append(request)
+        else:
+            done(ConnectionLost("gone", peer="robot"))
 
     def task(self, task_id: int, state: int = 3) -> None:
         """The robot tells its task."""
         self.known.values[TASK] = {"robotTaskId": task_id, "state": state}
         self.handlers.task_seen()
 
-    def execute(self, task_id: int) -> Any:
-        request = service_type("woosh_msgs/ExecTask").Request(task_exect=1, task_id=task_id, mark_no="A1")
+    def execute(self, task_id: int, command: int = 1) -> Any:
+        request = service_type("woosh_msgs/ExecTask").Request(
+            task_exect=command, task_id=task_id, mark_no="A1"
+        )
         return self.handlers.services["/exec_task"](request)
 
 
@@ -92,6 +97,24 @@ def test_a_task_that_is_sent_again_with_its_number_is_not_cancelled(robot: Robot
     assert robot.execute(9)["success"]
     robot.task(9)
     assert robot.posted == []
+
+
+def test_a_cancel_that_is_lost_is_sent_for_the_same_task_when_the_robot_is_there_again(robot: Robot) -> None:
+    def lost() -> None:
+        robot.up = False
+        raise ConnectionLost("gone", peer="robot")
+
+    robot.task(9)
+    robot.during = lost
+    with pytest.raises(ConnectionLost):
+        robot.execute(9, command=4)
+    assert robot.posted == []
+    robot.up = True
+    robot.task(8)
+    assert robot.posted == []
+    robot.task(9)
+    robot.task(9)
+    assert robot.posted == [ORDER]
 
 
 def test_a_task_without_an_answer_is_given_up_when_the_bridge_closes(
