@@ -196,7 +196,7 @@ def test_many_requests_at_once_are_matched_by_their_numbers(client: ApiClient) -
             "no scene 'cellar'; there is: simulation",
         ),
         ({"type": "woosh.map.mark.storage.Find", "body": {"no": "Z9"}}, "no mark 'Z9'"),
-        ({"type": "woosh.robot.CountData"}, "is not known here"),
+        ({"type": "woosh.robot.PlanPath"}, "is not known here"),
         ({"type": "woosh.Subscription", "body": {"topics": 5}}, "expected an array"),
         (
             {"type": "woosh.Subscription", "body": {"sub": True, "topics": ["/scan"]}},

@@ -66,6 +66,7 @@ for _name in ("OperationState", "NavPath", "DeviceState", "HardwareState"):
     CHANGED_BY["/status_code"].add(ROBOT + _name)
 CHANGED_BY["/status_code"].add(COUNT + "AbnormalCodes")
 CHANGED_BY["/odom_twist"].add(ROBOT + "NavPath")
+_ENDS = {TaskState.COMPLETED: 1, TaskState.FAILED: 2, TaskState.CANCELLED: 3}  # count.Task.State
 _NOTHING: Mapping[str, Values] = {}
 
 
@@ -106,15 +107,16 @@ class ApiState(GatewayState):
         self._answers: dict[str, Callable[[Values], Values]] = {
             SCANNER: lambda _: self._newest_scan(),
             PLAN: self._plan,
-            **(site.answers() if site is not None else {}),
+            **({ROBOT + "CountData": self._statistics, **site.answers()} if site is not None else {}),
         }
+        self._began = int(time.time())
         self._news = threading.Condition()
         self._latest: dict[str, MessageEvent] = {}  # by row
         self._faults = ActiveFaults()
         self._last_codes: BoundedCache[object, int] = BoundedCache(MAX_SOURCES)
         self._events: deque[Values] = deque(maxlen=KEPT)
         self._active: dict[int, Values] = {}
-        self._tasks: deque[Values] = deque(maxlen=KEPT)
+        self._tasks: deque[tuple[int, Values]] = deque(maxlen=KEPT)  # with when its end came
         self._sessions: set[ApiSession] = set()
         self._wanted: frozenset[str] = frozenset()
         self._changed: set[str] = set()
@@ -194,9 +196,9 @@ class ApiState(GatewayState):
 
     def _keep_task(self, task: Values) -> None:
         over = TaskState(task["state"]).is_final and task["robotTaskId"]
-        last = self._tasks[-1] if self._tasks else {}
+        last = self._tasks[-1][1] if self._tasks else {}
         if over and any(last.get(key) != task[key] for key in ("robotTaskId", "state")):
-            self._tasks.append(task)
+            self._tasks.append((int(time.time()), task))
 
     # -- values ---------------------------------------------------------------------------------------------
 
@@ -283,7 +285,7 @@ class ApiState(GatewayState):
         if type_name == COUNT + "AbnormalCodes":
             return {"scs": [*self._active.values()]}
         if type_name == ROBOT + "TaskHistory":
-            return {"tes": [*self._tasks]}
+            return {"tes": [task for _, task in self._tasks]}
         if type_name in (ROBOT + "OperationState", ROBOT + "NavPath"):
             names = (ROBOT + name for name in ("TaskProc", "RobotState", "Mode", "PoseSpeed", "NavPath"))
             known = {name: values for name in names if (values := self.known(name, facts)) is not None}
@@ -306,6 +308,27 @@ class ApiState(GatewayState):
         """A scan with the pose of the robot, if it is known."""
         speed = self.known(ROBOT + "PoseSpeed")
         return scan if speed is None else {**scan, "pose": speed["pose"]}
+
+    def _statistics(self, asked: Values) -> Values:
+        """CountData of a robot that began with the server: one day, the tasks and warnings that are kept."""
+        now, speed = int(time.time()), self.known(ROBOT + "PoseSpeed") or {}
+        span = asked.get("bucket", {"start": 0, "end": now})
+        times = {"start": max(self._began, span["start"]), "end": min(now, span["end"])}
+        day = {"buckets": [times], "mileage": {"end": speed.get("mileage", 0)}}
+        days = [day] if times["start"] <= times["end"] else []
+        with self._news:
+            tasks = [
+                {"taskId": one["robotTaskId"], "dest": one["dest"], "state": _ENDS[one["state"]], "end": True}
+                for ended, one in self._tasks
+                if span["start"] <= ended <= span["end"]
+            ]
+            warnings = [
+                {"info": one}
+                for one in self._events
+                if one["level"] >= FaultLevel.WARNING and span["start"] <= one["time"] // 1000 <= span["end"]
+            ]
+        counts = {"operationQty": len(days), "taskQty": len(tasks), "abnormalQty": len(warnings)}
+        return {"operations": {"ops": days}, "tasks": {"ts": tasks}, "abnormals": {"ss": warnings}, **counts}
 
     def _plan(self, asked: Values) -> Values:
         """Ask the navigation for a path; nothing is driven."""
