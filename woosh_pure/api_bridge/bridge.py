@@ -43,7 +43,6 @@ class ApiBridge:
     Args:
         address: Where the Robot API is.
         hosts: Resolves names that the system does not know.
-        port: Of its master on 127.0.0.1; 0 for a free one.
         on_refused: Called with a sentence when the robot refuses a velocity.
     """
 
@@ -52,7 +51,6 @@ class ApiBridge:
         address: ApiAddress,
         *,
         hosts: HostNames | None = None,
-        port: int = 0,
         on_refused: Callable[[str], object] = lambda why: None,
     ) -> None:
         self._on_refused = on_refused
@@ -63,7 +61,6 @@ class ApiBridge:
         self._closed = threading.Event()
         self._handlers = ApiHandlers(self._link, self._requests, self._known, self._closed)
         self._graph = ServedGraph(self._handlers, self._new_node)
-        self._port = port
         self._master: rosproto.Master | None = None
         self._informed = 0  # number of the link about which everything was asked
         self._asked = 0
@@ -80,7 +77,7 @@ class ApiBridge:
         self._link.start()
         try:
             number, info = self._link.number, self._link.ask(ROBOT + "RobotInfo", timeout=timeout)
-            self._master = rosproto.Master("127.0.0.1", self._port)
+            self._master = rosproto.Master("127.0.0.1")
             self._build()
         except BaseException:
             self.close()
