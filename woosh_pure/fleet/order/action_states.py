@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 from woosh_pure.fleet.messages.elements import Action
 from woosh_pure.fleet.messages.parsing import read_action
@@ -100,8 +100,7 @@ BUILT_IN = {
 """The actions that the order machine itself carries out."""
 
 
-@dataclass(frozen=True, slots=True)
-class ActionState:
+class ActionState(NamedTuple):
     """The state of an action.
 
     Attributes:
@@ -152,10 +151,9 @@ class ActionState:
 
     def change_since(self, saved: ActionState | None) -> dict[str, object]:
         """What `to_json` has changed since an earlier state; all of it if there is none of this action."""
-        found = self.to_json()
-        if saved is not None and saved.action is self.action:
-            del found["action"], found["scope"], found["sequence"]
-        return found
+        if saved is None or saved.action is not self.action:
+            return self.to_json()
+        return {"blocking": self.blocking, "status": self.status.value, "result": self.result}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> ActionState:
@@ -229,12 +227,15 @@ class ActionStates:
         running, instant = _without(self.running, old), self.open_instant
         if not new.of_order:
             instant = tuple(new if each is old else each for each in instant if each is not old or goes_on)
-        return replace(
-            self,
-            all=(*self.all[:n], new, *self.all[n + 1 :]),
-            running=(*running, new) if new.status.begun else running,
-            open_instant=instant,
-            open_of_order=self.open_of_order - (new.of_order and new.status.final > old.status.final),
+        states = list(self.all)
+        states[n] = new
+        return ActionStates(
+            tuple(states),
+            (*running, new) if new.status.begun else running,
+            instant,
+            self.open_of_order - (new.of_order and new.status.final > old.status.final),
+            self._by_id,
+            self._by_place,
         )
 
     def get(self, action_id: str) -> ActionState | None:

@@ -174,7 +174,7 @@ def _begin_actions(change: Transition) -> bool:
 
 
 def _begin_one(change: Transition, group: Sequence[ActionState]) -> bool:
-    if not group:
+    if not any(each.status is ActionStatus.WAITING for each in group):
         return False
     state, own = change.state, {id(each) for each in group}
     others = [a for a in state.action_states.running if id(a) not in own and a.action.type not in BUILT_IN]

@@ -183,7 +183,8 @@ class OrderState(NamedTuple):
 
     def prevents(self, activity: Activity) -> bool:
         """Whether a hold prevents an activity."""
-        return any(activity in PREVENTED_ACTIVITIES[hold] for hold in self.holds)
+        holds = self.holds
+        return bool(holds) and any(activity in PREVENTED_ACTIVITIES[hold] for hold in holds)
 
     def has_edge_to(self, node: Node) -> bool:
         """Whether an edge leads to a node; then the node is driven to even if the vehicle is there."""
@@ -215,12 +216,13 @@ class OrderState(NamedTuple):
     @property
     def at_rest(self) -> bool:
         """Whether the vehicle was measured standing, and no action moves it."""
-        return self.standing and not self.is_moved_by_action
+        return self.motion is Motion.STANDING and not self.is_moved_by_action
 
     @property
     def is_moved_by_action(self) -> bool:
         """Whether a running action moves the robot."""
-        return any(self.moves(each) for each in self.action_states.running)
+        running = self.action_states.running
+        return bool(running) and any(self.moves(each) for each in running)
 
     @property
     def may_be_moved(self) -> bool:

@@ -26,9 +26,16 @@ Pure. Only `transition.py` changes a state, by these tables.
 from __future__ import annotations
 
 from enum import Enum
+from typing import TypeVar
 
 
-class OrderPhase(Enum):
+class _Member(Enum):
+    """Hashed by identity, since each member is there once; `Enum` hashes the name, in Python code."""
+
+    __hash__ = object.__hash__
+
+
+class OrderPhase(_Member):
     """The phase of the order."""
 
     OPEN = "running or finished: an update continues it"
@@ -36,7 +43,7 @@ class OrderPhase(Enum):
     CLOSED = "ended early: only a new order is accepted"
 
 
-class OrderEvent(Enum):
+class OrderEvent(_Member):
     """Changes the phase of the order."""
 
     TAKEN = "an order was accepted"
@@ -44,7 +51,7 @@ class OrderEvent(Enum):
     OVER = "its drive and all its actions have ended"
 
 
-class Motion(Enum):
+class Motion(_Member):
     """Whether this program moves the vehicle."""
 
     STANDING = "measured standing"
@@ -55,7 +62,7 @@ class Motion(Enum):
     STOPPING = "the vehicle is being stopped because of that"
 
 
-class MotionEvent(Enum):
+class MotionEvent(_Member):
     """Changes the motion."""
 
     DRIVE = "a drive was started"
@@ -80,7 +87,7 @@ class ActionStatus(str, Enum):
     @property
     def final(self) -> bool:
         """True after it has ended, FINISHED or FAILED."""
-        return self in (ActionStatus.FINISHED, ActionStatus.FAILED)
+        return self is ActionStatus.FINISHED or self is ActionStatus.FAILED
 
     @property
     def begun(self) -> bool:
@@ -88,7 +95,7 @@ class ActionStatus(str, Enum):
         return self is ActionStatus.RUNNING
 
 
-class Hold(Enum):
+class Hold(_Member):
     """A reason that prevents activities of the vehicle."""
 
     PAUSED = "startPause"
@@ -102,7 +109,7 @@ class Hold(Enum):
     UNKNOWN_MOTION = "it is not known whether a drive or a moving action has ended"
 
 
-class Activity(Enum):
+class Activity(_Member):
     """An activity that a hold may prevent."""
 
     CONTINUE_DRIVE = "going on with a drive under way"
@@ -155,23 +162,28 @@ PREVENTED_ACTIVITIES = {
 """The activities that each hold prevents."""
 
 
-def _read(table: str) -> dict[tuple[str, str], str]:
-    """The cells of a table, by row and column: the state after the event. "." keeps the state, "!" is
-    impossible."""
+S = TypeVar("S", bound=Enum)
+E = TypeVar("E", bound=Enum)
+
+
+def _read(table: str, states: type[S], events: type[E]) -> dict[tuple[S, E], str]:
+    """The cells of a table, by state and event; "." keeps the state, "!" is impossible."""
     head, *rows = (line.split() for line in table.strip().splitlines())
     return {
-        (row, event): row if cell == "." else cell
+        (states[row], events[event]): row if cell == "." else cell
         for row, *cells in rows
         for event, cell in zip(head, cells, strict=True)
         if cell != "!"
     }
 
 
-_NEXT_PHASE, _NEXT_MOTION, _NEXT_STATUS = _read(_ORDER), _read(_MOTION), _read(_ACTION)
+_NEXT_PHASE = {key: OrderPhase[cell] for key, cell in _read(_ORDER, OrderPhase, OrderEvent).items()}
+_NEXT_MOTION = {key: Motion[cell] for key, cell in _read(_MOTION, Motion, MotionEvent).items()}
+_NEXT_STATUS = _read(_ACTION, ActionStatus, ActionStatus)
 
 
-def _following(table: dict[tuple[str, str], str], state: Enum, event: Enum) -> str:
-    following = table.get((state.name, event.name))
+def _following(table: dict[tuple[S, E], S], state: S, event: E) -> S:
+    following = table.get((state, event))
     assert following is not None, f"{event} in {state}"
     return following
 
@@ -182,7 +194,7 @@ def next_phase(phase: OrderPhase, event: OrderEvent) -> OrderPhase:
     Raises:
         AssertionError: The event is impossible in this phase: a bug in this package.
     """
-    return OrderPhase[_following(_NEXT_PHASE, phase, event)]
+    return _following(_NEXT_PHASE, phase, event)
 
 
 def next_motion(motion: Motion, event: MotionEvent) -> Motion:
@@ -191,9 +203,9 @@ def next_motion(motion: Motion, event: MotionEvent) -> Motion:
     Raises:
         AssertionError: The event is impossible in this state: a bug in this package.
     """
-    return Motion[_following(_NEXT_MOTION, motion, event)]
+    return _following(_NEXT_MOTION, motion, event)
 
 
 def may_become(status: ActionStatus, new: ActionStatus) -> bool:
     """Whether an action may change from one status to another; none changes after its end."""
-    return (status.name, new.name) in _NEXT_STATUS
+    return (status, new) in _NEXT_STATUS

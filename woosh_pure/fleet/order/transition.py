@@ -280,7 +280,7 @@ class Transition:
 
     def start_built_in(self, built_in: ActionState) -> None:
         """Start a built-in action; it blocks nothing."""
-        self._replace_action(replace(built_in, blocking="NONE", status=ActionStatus.RUNNING))
+        self._replace_action(built_in._replace(blocking="NONE", status=ActionStatus.RUNNING))
 
     def begin(self, waiting: ActionState) -> None:
         """Start an action."""
@@ -295,7 +295,7 @@ class Transition:
         if known is None:
             return
         assert may_become(known.status, status), f"{action_id} is {known.status}, and became {status}"
-        self._replace_action(replace(known, status=status, result=result or known.result))
+        self._replace_action(known._replace(status=status, result=result or known.result))
 
     def _request_end(self, action: ActionState, *, failed: bool) -> None:
         """End an action; one that waits fails. `failed` is False if the vehicle has left the action's edge,
@@ -305,7 +305,7 @@ class Transition:
             return
         supported = self.state.limits.actions.get(action.action.type)
         if not action.ending and (not failed or supported is None or supported.interruptible):
-            self._replace_action(replace(action, ending=True))
+            self._replace_action(action._replace(ending=True))
             # What is cancelled ends before anything is saved; the regular end of an edge can wait for that.
             (self._stops if failed else self._begins).append(EndAction(action.action.id))
 
