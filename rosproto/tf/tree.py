@@ -167,12 +167,13 @@ class FrameTree:
         """
         if target == source:
             return self.newest_stamp(source)
+        edges = self.edges
         steps: dict[str, int] = {}  # to each frame above the source
         above: list[int] = []
         frame = source
-        while (step := self._newest_parent(frame)) is not None:
-            above.append(step[0])
-            frame = step[1]
+        while (edge := edges.get(frame)) is not None and (newest := edge.last) is not None:
+            above.append(0 if edge.static else newest.stamp)
+            frame = newest.parent
             steps.setdefault(frame, len(above))
             if frame == target:
                 return _earliest(above)
@@ -181,11 +182,10 @@ class FrameTree:
         root, frame = frame, target
         below: list[int] = []
         while len(below) < MAX_DEPTH:
-            step = self._newest_parent(frame)
-            if step is None:
+            if (edge := edges.get(frame)) is None or (newest := edge.last) is None:
                 raise SeparateTrees(root, frame)
-            below.append(step[0])
-            frame = step[1]
+            below.append(0 if edge.static else newest.stamp)
+            frame = newest.parent
             if frame in steps:
                 return _earliest(below + above[: steps[frame]])
             if frame == source:
@@ -196,14 +196,6 @@ class FrameTree:
         """The newest stamp of a frame, ns; 0 for one that is static or unknown."""
         edge = self.edges.get(frame)
         return 0 if not edge or edge.static else edge.newest.stamp
-
-    def _newest_parent(self, frame: str) -> tuple[int, str] | None:
-        """(newest stamp, newest parent) of a frame; None for a root, or a frame without poses."""
-        edge = self.edges.get(frame)
-        if not edge:
-            return None
-        newest = edge.newest
-        return 0 if edge.static else newest.stamp, newest.parent
 
 
 def _earliest(stamps: list[int]) -> int:
@@ -298,9 +290,12 @@ class History:
     Attributes:
         static: True if the frame does not move.
         authority: Node that sent the last one.
+        last: The newest sample; None if there is none.
     """
 
-    __slots__ = ("_between", "_cache_ns", "_max_samples", "_samples", "_stamps", "authority", "static")
+    __slots__ = (
+        "_between", "_cache_ns", "_max_samples", "_samples", "_stamps", "authority", "last", "static",
+    )  # fmt: skip
 
     @former_parameters(most="max_samples")
     def __init__(self, cache_ns: int, max_samples: int | None = None, *, static: bool = False) -> None:
@@ -309,13 +304,14 @@ class History:
         self._samples: list[Sample] = []
         self._stamps: list[int] = []
         self._between: Sample | None = None  # the last that was computed
+        self.last: Sample | None = None
         self.static = static
         self.authority = ""
 
     def add(self, sample: Sample) -> str | None:
         """Add a sample; return why it was refused (`OLD`, or `REPEATED`: the first one stays), or None."""
         if self.static:
-            self._samples, self._stamps = [sample], [sample.stamp]
+            self._samples, self._stamps, self.last = [sample], [sample.stamp], sample
             return None
         if self._stamps and sample.stamp < self._stamps[-1] - self._cache_ns:
             return OLD
@@ -326,6 +322,7 @@ class History:
             self._between = None
         self._samples.insert(at, sample)
         self._stamps.insert(at, sample.stamp)
+        self.last = self._samples[-1]
         self._forget()
         return None
 
@@ -339,7 +336,7 @@ class History:
     def clear(self) -> None:
         """Forget everything, unless static: that holds whatever the clock does."""
         if not self.static:
-            self._samples, self._stamps, self._between = [], [], None
+            self._samples, self._stamps, self._between, self.last = [], [], None, None
 
     @property
     def earliest(self) -> int:
@@ -357,8 +354,8 @@ class History:
         stamps = self._stamps
         if not stamps:
             return None
-        if self.static or stamp in (0, stamps[-1]):
-            return self._samples[-1]
+        if self.static or stamp == 0 or stamp == stamps[-1]:
+            return self.last
         if stamp == stamps[0]:
             return self._samples[0]
         if not stamps[0] < stamp < stamps[-1]:
