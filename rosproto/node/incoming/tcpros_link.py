@@ -151,6 +151,7 @@ class TcprosLink(PublisherLink):
 
     def __init__(self, subscription: Subscription, uri: str, id: int) -> None:
         super().__init__(subscription, uri, id)
+        self._publisher: NodeClient | None = None  # while it is asked for its address
         self._sock: socket.socket | None = None
         self._reader: FrameReader | None = None
 
@@ -172,11 +173,15 @@ class TcprosLink(PublisherLink):
         self._reader = FrameReader(sock, self._context.limits.message_bytes, peer=self.address)
 
     def _request_topic(self, protocols: list[list[object]], deadline: Deadline) -> list[object]:
-
-        with NodeClient(
-            self.uri, self._context.name, limits=self._context.limits, hosts=self._context.hosts
-        ) as publisher:
-            return publisher.request_topic(self.topic, protocols, timeout=deadline.remaining())
+        context = self._context
+        with NodeClient(self.uri, context.name, limits=context.limits, hosts=context.hosts) as publisher:
+            self._publisher = publisher
+            try:
+                if self.closed:  # before it could be interrupted
+                    raise ConnectionLost(f"{self.topic}: the link to {self.uri} is closed", peer=self.uri)
+                return publisher.request_topic(self.topic, protocols, timeout=deadline.remaining())
+            finally:
+                self._publisher = None
 
     def _tcp_address(self, answer: list[object]) -> tuple[str, int]:
         if len(answer) < 3 or answer[0] != "TCPROS":
@@ -259,9 +264,15 @@ class TcprosLink(PublisherLink):
                 delivery.offer_one(message)
 
     def _interrupt(self) -> None:
+        self._interrupt_request()
         sock = self._sock
         if sock is not None:
             interrupt(sock)
+
+    def _interrupt_request(self) -> None:
+        publisher = self._publisher
+        if publisher is not None:
+            publisher.close()
 
     def _end_session(self) -> None:
         sock, self._sock = self._sock, None

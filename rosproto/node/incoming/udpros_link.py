@@ -170,6 +170,7 @@ class UdprosLink(TcprosLink):
             super()._interrupt()
             return
         self._broken_off = True
+        self._interrupt_request()
         sock = self._sock
         if sock is not None:
             try:

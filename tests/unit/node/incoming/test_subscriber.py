@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import socket
+import threading
 import time
 from xmlrpc.client import ServerProxy
 
 import pytest
 
 from rosproto.node import ConnectedLink, Node
+from rosproto.node.incoming import tcpros_link
 from tests.support.victim import eventually
 
 UInt32 = "std_msgs/UInt32"
@@ -145,3 +148,24 @@ def test_a_link_is_told_before_its_first_message_and_a_failure_of_the_callback_i
     eventually(lambda: "message" in order, 5.0)
     assert order == [0, 1, "message"]
     assert "a fault of the program" in caplog.text
+
+
+def test_a_silent_publisher_that_is_taken_off_the_list_keeps_no_thread(
+    nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It accepted the connection, and does not say where its topic is."""
+    monkeypatch.setattr(tcpros_link, "TRY_SECONDS", 600.0)
+    node = nodes[1]
+    master = ServerProxy(node.master_uri)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        uri = f"http://127.0.0.1:{server.getsockname()[1]}/"
+        master.registerPublisher("/silent", "/mute", UInt32, uri)
+        node.subscriber("/mute", UInt32)
+        server.settimeout(20)
+        with server.accept()[0] as asked:
+            asked.settimeout(20)
+            assert asked.recv(1)
+            thread = f"rosproto:/mute < {uri}"
+            assert thread in {each.name for each in threading.enumerate()}
+            master.unregisterPublisher("/silent", "/mute", uri)
+            eventually(lambda: thread not in {each.name for each in threading.enumerate()}, 20.0)
