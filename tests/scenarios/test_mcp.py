@@ -284,7 +284,7 @@ def test_a_motion_ends_with_its_call_and_its_limits(how: str, mode: str, chassis
                 result = (await call).structured_content
                 assert result and result["outcome"] == "stopped", result
             await until(lambda: not chassis.under_way and not moves(chassis))
-        assert chassis.lease.holder == ("a person" if how == "taken over" else None)
+            await until(lambda: chassis.lease.holder == ("a person" if how == "taken over" else None))
         assert chassis.pose.wait().distance_to(Pose2D(5.5, 2.5)) > 0.3, "it has not arrived"
 
     run(work)

@@ -33,7 +33,7 @@ from woosh_pure.web.context import WebContext  # noqa: E402
 from woosh_pure.web.server import WebServer  # noqa: E402
 
 BOTH = pytest.mark.parametrize("mode", ["auto", "legacy"])
-TOKEN = "a long enough token"
+TOKEN = "a-long-enough-token"
 DRIVE = ("go_to_mark", {"mark": "A2"})
 
 
@@ -142,7 +142,7 @@ def test_over_http_both_eras_read_and_the_newer_moves(sim: SimulatedChassis, wat
             call.cancel()
             await asyncio.gather(call, return_exceptions=True)
             await until(lambda: not moves(watcher))
-            assert chassis.lease.holder is None
+            await until(lambda: chassis.lease.holder is None)
 
     with Chassis(sim.master_uri, robot_api=False) as chassis, serving(chassis) as url:
         asyncio.run(asyncio.wait_for(work(url, chassis), 60.0))

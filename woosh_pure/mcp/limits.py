@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
@@ -63,13 +64,18 @@ class Limits:
         if here is None or target is None:
             what = "where the robot is" if here is None else "the place of the target"
             return say("{what} is not known now, so the limits cannot be kept", what=say(what))
-        line = (here.x, here.y), (target.x, target.y)
-        if straight and any(_cross(*line, *edge) for edge in _edges(self.area)):
-            return "the straight way leaves the allowed area"
-        return self.leaves(here, [here, target], slack=0.0)
+        return self.leaves(here, [here, target], slack=0.0, lines=straight)
 
-    def leaves(self, start: Pose2D, way: Iterable[Pose2D], slack: float = DISTANCE_SLACK) -> str:
-        """Why a way breaks the limits of a motion that began at `start`; "" if it does not."""
+    def leaves(
+        self, start: Pose2D, way: Sequence[Pose2D], *, slack: float = DISTANCE_SLACK, lines: bool = True
+    ) -> str:
+        """Why a way breaks the limits of a motion that began at `start`; "" if it does not.
+
+        Args:
+            start, way: Poses.
+            slack: m that it may lead farther away.
+            lines: Whether the lines between the poses count, too.
+        """
         for pose in way:
             if not (math.isfinite(pose.x) and math.isfinite(pose.y)) or pose.frame.lstrip("/") != "map":
                 return "a place is not known in the map, so the limits cannot be kept"
@@ -78,6 +84,9 @@ class Limits:
                 return say(wrong, far=far, maximum=self.max_distance)
             if self.area and not contains(self.area, pose):
                 return say("x {x:.2f} m, y {y:.2f} m is outside the allowed area", x=pose.x, y=pose.y)
+        points = [(pose.x, pose.y) for pose in way] if lines else []
+        if any(_cross(a, b, *edge) for edge in _edges(self.area) for a, b in pairwise(points)):
+            return "the way leaves the allowed area"
         return ""
 
 

@@ -194,7 +194,7 @@ class Motion:
         self._begun = self._started = time.monotonic()
         self._start: Pose2D | None = None
         self._last: Pose2D | None = None
-        self._metres, self._fast = 0.0, 0
+        self._metres, self._fast, self._plans = 0.0, 0, -1
 
     async def go(self, ctx: Context[Any, Any], why: str) -> Moved:
         """Begin it, unless there is a reason why not; watch it; end it."""
@@ -306,9 +306,10 @@ class Motion:
             return ""
         if here is None or self._start is None:
             return say("its place has not been heard for {seconds:g} s", seconds=STALE_SECONDS)
-        plan = self._robot.feed("plan").known
-        way = known_path(self._robot.chassis) if plan is not None and plan.age < now - self._started else []
-        why = limits.leaves(self._start, [here, *way])
+        plan, way = self._robot.feed("plan"), [here]
+        if plan.count != self._plans and plan.known and plan.known.age < now - self._started:
+            self._plans, way = plan.count, known_path(self._robot.chassis)
+        why = limits.leaves(self._start, [here]) or limits.leaves(self._start, way)
         return both(say("it leaves its limits"), why) if why else ""
 
     def _moved(self, outcome: Word, sentence: str) -> Moved:

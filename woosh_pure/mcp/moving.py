@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from anyio.to_thread import run_sync
 from mcp_types import ToolAnnotations
-from pydantic import Field
+from pydantic import Field, StrictFloat
 
 from rosproto.sentence import say as words
 from rosproto.sentence import shown
@@ -33,10 +33,11 @@ STEP_SPEED = 0.2
 MOVES = ToolAnnotations(read_only_hint=False, destructive_hint=True, idempotent_hint=False)
 ACTS = ToolAnnotations(read_only_hint=False, destructive_hint=False, idempotent_hint=True)
 Text = Annotated[str, Field(min_length=1, max_length=200)]
-Coordinate = Annotated[float, Field(ge=-10_000, le=10_000, description="m in the map")]
-Degrees = Annotated[float, Field(ge=-360, le=360, description="counter-clockwise (to the left) positive")]
-Distance = Annotated[float, Field(ge=-MAX_DISTANCE, le=MAX_DISTANCE, description="negative: back")]
-Speed = Annotated[float, Field(ge=0, le=MAX_SPEED, description="0: the robot's own, 0.2")]
+# Strict: `true` and "1" are no numbers here.
+Coordinate = Annotated[StrictFloat, Field(ge=-10_000, le=10_000, description="m in the map")]
+Degrees = Annotated[StrictFloat, Field(ge=-360, le=360, description="counter-clockwise (left) positive")]
+Distance = Annotated[StrictFloat, Field(ge=-MAX_DISTANCE, le=MAX_DISTANCE, description="negative: back")]
+Speed = Annotated[StrictFloat, Field(ge=0, le=MAX_SPEED, description="0: the robot's own, 0.2")]
 
 
 class Told(Result):
