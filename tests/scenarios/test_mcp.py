@@ -294,7 +294,7 @@ def test_a_motion_ends_with_its_call_and_its_limits(how: str, mode: str, chassis
 
 def test_a_mission_lives_in_its_call(chassis: Chassis, tmp_path: Path) -> None:
     """It asks, is answered, and ends; another ends with its cancelled call."""
-    text = 'mission = 1\nname = "m"\n[[step]]\ndo = "ask"\ntext = "Go?"\n[step.answers]\nyes = "next"\n'
+    text = 'mission = 1\nname = "m"\n[[step]]\ndo = "ask"\ntext = "Go?"\n[step.answers]\nyes = "next"\nno = "end"\n'
     (tmp_path / "m.mission.toml").write_text(text + '[[step]]\ndo = "move"\nmetres = 0.3\n')
 
     async def work() -> None:
