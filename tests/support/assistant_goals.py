@@ -88,7 +88,8 @@ def run(count: int, seed: int = 0, speed: float = 12.0) -> Goals:
 
         async def send() -> None:
             limits = Limits(area=AREA, max_distance=MAX_DISTANCE, max_seconds=20.0)
-            made = server(chassis, limits=limits, allow_motion=True, confirm="never")
+            known = sim.world.site.user_marks().values()
+            made = server(chassis, limits=limits, allow_motion=True, confirm="never", marks=known)
             async with Client(made) as client:
                 for _ in range(count):
                     tool, arguments = goal_of(chance, list(sim.marks))
@@ -96,6 +97,10 @@ def run(count: int, seed: int = 0, speed: float = 12.0) -> Goals:
                     result = await client.call_tool(tool, arguments)
                     outcome = str((result.structured_content or {}).get("outcome", "error"))
                     goals.outcomes[outcome] += 1
+                    if outcome == "failed":  # against a wall: its bumper keeps it from moving
+                        sim.reset()
+                        chassis.pose.wait(5.0)
+                        begun[0] = sim.pose
                     target = sim.marks.get(str(arguments.get("mark")))
                     place = (target.x, target.y) if target else (arguments.get("x_m"), arguments.get("y_m"))
                     if place[0] is not None and outside(*place) > 0.0 and outcome != "refused":
