@@ -13,7 +13,7 @@ needs("mcp")
 
 from tests.support.assistant_goals import MAX_DISTANCE, run  # noqa: E402 (after the skip)
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 SLACK = 0.8
 """m: at twelve times real time, the robot drives half a metre between two looks at it."""
 
@@ -21,9 +21,9 @@ SLACK = 0.8
 @pytest.mark.promise("outside the limits of `woosh mcp`")
 def test_random_goals_stay_inside() -> None:
     """Poses, steps and marks: what leads outside is refused, and the centre of the robot never is outside."""
-    goals = run(40, seed=45)
+    goals = run(20, seed=45)
     assert goals.wrong == []
     assert goals.outside < SLACK
     assert goals.farthest < MAX_DISTANCE + SLACK
-    assert goals.outcomes["refused"] > 10
-    assert goals.outcomes["reached"] > 3, goals.outcomes
+    assert goals.outcomes["refused"] > 3
+    assert goals.outcomes["reached"] > 1, goals.outcomes
