@@ -292,6 +292,7 @@ CHASSIS_FLOORS = [
     "missions",
     "chassis",
     "aio api_server fleet foxglove selftest web woosh_pure",
+    "mcp",
     "cli pytest_plugin",
     "__main__",
 ]

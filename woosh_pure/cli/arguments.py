@@ -19,6 +19,7 @@ from woosh_pure.maps.marks import UserMark, own_marks, reported_marks, with_mark
 
 if TYPE_CHECKING:
     from woosh_pure.feed.feed import Feed
+    from woosh_pure.mcp import Limits
 
 T = TypeVar("T")
 POSE = ("X", "Y", "DEGREES")
@@ -236,3 +237,36 @@ def write(path: Path, data: bytes, out: Output) -> str:
     write_file(path, data)
     out.line("wrote {path} ({size})", path=path, size=counted(len(data), "byte", "bytes"))
     return str(path)
+
+
+def add_limits(parser: ArgumentParser, prefix: str = "") -> None:
+    """Add the options of what an assistant may do; with a prefix for a command that does more."""
+
+    def add(name: str, **more: Any) -> None:
+        parser.add_argument(f"--{prefix}{name}", dest=f"mcp_{name.replace('-', '_')}", **more)
+
+    add("allow-motion", action="store_true", help="let an assistant move the robot; a person must watch")
+    add("only-marks", action="store_true", help="it may drive to known marks only")
+    add(
+        "area",
+        type=Path,
+        metavar="FILE",
+        help="it may drive inside a polygon only: a line X,Y for each corner",
+    )
+    add("max-distance", type=positive, metavar="M", help="at most so far from where a motion begins")
+    add("max-speed", type=positive, metavar="V", help="m/s; a faster motion is ended")
+    add("max-seconds", type=positive, default=120.0, metavar="S", help="a longer motion is ended (120)")
+    asks = "whether a person is asked before each motion (always: a client that cannot ask may not move)"
+    add("confirm", choices=("always", "when-possible", "never"), default="always", help=asks)
+
+
+def limits_of(args: argparse.Namespace) -> Limits:
+    """The limits of the options."""
+    from woosh_pure.mcp import Limits
+    from woosh_pure.mcp.limits import area_of
+
+    try:
+        area = area_of(args.mcp_area.read_text("utf-8")) if args.mcp_area else ()
+    except ValueError as error:
+        raise ValueError(say("{file}: {error}", file=args.mcp_area, error=error)) from error
+    return Limits(args.mcp_only_marks, area, args.mcp_max_distance, args.mcp_max_speed, args.mcp_max_seconds)

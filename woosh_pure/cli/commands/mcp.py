@@ -7,51 +7,14 @@ import time
 from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rosproto.cli import add_token, host, port, positive, token_of
-from rosproto.sentence import say
-from woosh_pure.cli.arguments import add_watchdog, marks_here
+from rosproto.cli import add_token, host, port, token_of
+from woosh_pure.cli.arguments import add_limits, add_watchdog, limits_of, marks_here
 from woosh_pure.cli.connection import watchdog_of
 from woosh_pure.cli.output import Output
 
-if TYPE_CHECKING:
-    from woosh_pure.mcp import Limits
-
 TOKEN_VARIABLE, PORT = "WOOSH_MCP_TOKEN", 8766
-
-
-def add_limits(parser: ArgumentParser, prefix: str = "") -> None:
-    """Add the options of what an assistant may do; with a prefix for a command that does more."""
-
-    def add(name: str, **more: Any) -> None:
-        parser.add_argument(f"--{prefix}{name}", dest=f"mcp_{name.replace('-', '_')}", **more)
-
-    add("allow-motion", action="store_true", help="let an assistant move the robot; a person must watch")
-    add("only-marks", action="store_true", help="it may drive to known marks only")
-    add(
-        "area",
-        type=Path,
-        metavar="FILE",
-        help="it may drive inside a polygon only: a line X,Y for each corner",
-    )
-    add("max-distance", type=positive, metavar="M", help="at most so far from where a motion begins")
-    add("max-speed", type=positive, metavar="V", help="m/s; a faster motion is ended")
-    add("max-seconds", type=positive, default=120.0, metavar="S", help="a longer motion is ended (120)")
-    asks = "whether a person is asked before each motion (always: a client that cannot ask may not move)"
-    add("confirm", choices=("always", "when-possible", "never"), default="always", help=asks)
-
-
-def limits_of(args: Namespace) -> Limits:
-    """The limits of the options."""
-    from woosh_pure.mcp import Limits
-    from woosh_pure.mcp.limits import area_of
-
-    try:
-        area = area_of(args.mcp_area.read_text("utf-8")) if args.mcp_area else ()
-    except ValueError as error:
-        raise ValueError(say("{file}: {error}", file=args.mcp_area, error=error)) from error
-    return Limits(args.mcp_only_marks, area, args.mcp_max_distance, args.mcp_max_speed, args.mcp_max_seconds)
 
 
 def add_mcp(parser: ArgumentParser) -> None:

@@ -28,8 +28,14 @@ from rosproto.cli import (
 from rosproto.errors import RosError
 from rosproto.sentence import say
 from rosproto.transport import is_loopback, local_address_towards, make_uri
-from woosh_pure.cli.arguments import add_watchdog, each_chassis, named_host, simulated_marks
-from woosh_pure.cli.commands.mcp import add_limits, limits_of
+from woosh_pure.cli.arguments import (
+    add_limits,
+    add_watchdog,
+    each_chassis,
+    limits_of,
+    named_host,
+    simulated_marks,
+)
 from woosh_pure.cli.commands.mission import add_webhook, use_webhook
 from woosh_pure.cli.connection import connect, reaching, watchdog_of
 from woosh_pure.cli.output import Output
