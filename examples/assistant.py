@@ -8,12 +8,13 @@ import sys
 
 from _robot import robot
 from mcp import Client, StdioServerParameters
-from mcp.types import ElicitResult
+from mcp.client import ClientRequestContext
+from mcp.types import ElicitRequestParams, ElicitResult
 
 
-async def ask_the_person(context: object, question: object) -> ElicitResult:
+async def ask_the_person(context: ClientRequestContext, params: ElicitRequestParams) -> ElicitResult:
     """An assistant shows this in its window; here the person says yes."""
-    print("asked:", getattr(question, "message", question))
+    print("asked:", params.message)
     return ElicitResult(action="accept", content={"allow": True})
 
 

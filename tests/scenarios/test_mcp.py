@@ -21,7 +21,7 @@ from mcp import Client  # noqa: E402 (after the skip)
 from mcp_types import ElicitResult  # noqa: E402
 
 from woosh_pure.mcp import Limits, robots  # noqa: E402
-from woosh_pure.mcp.server import Door  # noqa: E402
+from woosh_pure.mcp.door import Door  # noqa: E402
 
 BOTH = pytest.mark.parametrize("mode", ["auto", "legacy"])
 SPEED = 4.0

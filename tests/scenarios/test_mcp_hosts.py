@@ -27,7 +27,7 @@ from mcp.client.stdio import StdioServerParameters  # noqa: E402
 from mcp_types import ElicitResult  # noqa: E402
 
 from woosh_pure.mcp import Limits, robots  # noqa: E402
-from woosh_pure.mcp.server import alone, mount  # noqa: E402
+from woosh_pure.mcp.door import alone, mount  # noqa: E402
 from woosh_pure.web.access import AccessRules  # noqa: E402
 from woosh_pure.web.context import WebContext  # noqa: E402
 from woosh_pure.web.server import WebServer  # noqa: E402

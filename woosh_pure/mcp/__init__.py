@@ -52,7 +52,7 @@ def server(
         ValueError: `confirm` is none of these.
     """
     require()
-    from woosh_pure.mcp.server import Door
+    from woosh_pure.mcp.door import Door
 
     if confirm not in ("always", "when-possible", "never"):
         raise ValueError(say("confirm={confirm!r}: expected always, when-possible or never", confirm=confirm))

@@ -11,7 +11,7 @@ from rosproto.sentence import say
 from woosh_pure.geometry import Pose2D
 from woosh_pure.motion.steps import MAX_SPEED
 
-MAX_MOTION_SECONDS, DISTANCE_SLACK, SPEED_SLACK = 3600.0, 0.1, 0.05
+MAX_MOTION_SECONDS, DISTANCE_SLACK, SPEED_SLACK = 3600.0, 0.05, 0.05
 """s; m and m/s by which a measured place and speed may exceed the limits."""
 Point = tuple[float, float]
 

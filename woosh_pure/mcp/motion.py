@@ -38,6 +38,8 @@ OWNER = "assistant"
 CURRENT = "2026-07-28"
 """The first revision of the protocol in which a closed stream over HTTP ends its call."""
 LEASE_SECONDS, TICK, STALE_SECONDS, END_SECONDS, PROGRESS_SECONDS = 5.0, 0.05, 2.0, 3.0, 1.0
+BRAKE_SECONDS = 0.4
+"""At its present velocity the robot goes on for about so long when a limit ends its motion."""
 Confirming = Literal["always", "when-possible", "never"]
 Word = Literal["reached", "refused", "stopped", "failed", "not known"]
 _WORDS: dict[object, Word] = {
@@ -271,7 +273,8 @@ class Motion:
         if ride is not None and (ride.done or (self._wanted.end and self._taken_over())):
             return
         with anyio.CancelScope(shield=True):
-            await run_sync((ride and self._wanted.end) or self._call.end)
+            # A limiter of its own: an end waits for no thread that a reading call holds.
+            await run_sync((ride and self._wanted.end) or self._call.end, limiter=anyio.CapacityLimiter(1))
             until = time.monotonic() + END_SECONDS
             while ride is not None and not ride.done and time.monotonic() < until:
                 await anyio.sleep(TICK)
@@ -309,7 +312,11 @@ class Motion:
         plan, way = self._robot.feed("plan"), [here]
         if plan.count != self._plans and plan.known and plan.known.age < now - self._started:
             self._plans, way = plan.count, known_path(self._robot.chassis)
-        why = limits.leaves(self._start, [here]) or limits.leaves(self._start, way)
+        ahead = here
+        if velocity is not None:
+            vx, vy = velocity.value.vx, velocity.value.vy
+            ahead = here.transformed(vx * BRAKE_SECONDS, vy * BRAKE_SECONDS, 0.0)
+        why = limits.leaves(self._start, [here, ahead]) or limits.leaves(self._start, way)
         return both(say("it leaves its limits"), why) if why else ""
 
     def _moved(self, outcome: Word, sentence: str) -> Moved:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
+from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 from mcp_types import ToolAnnotations
 from pydantic import Field, StrictFloat
@@ -25,8 +26,8 @@ from woosh_pure.web.goals import command
 from woosh_pure.web.robot import Robot
 
 if TYPE_CHECKING:
+    from woosh_pure.mcp.door import Door
     from woosh_pure.mcp.limits import Limits
-    from woosh_pure.mcp.server import Door
 
 STEP_SPEED = 0.2
 """m/s: the chassis's own for a step."""
@@ -54,7 +55,8 @@ async def stop(robot: Robot) -> Told:
 
 async def stop_mission(robot: Robot) -> Told:
     """Stop the robot, end the mission that runs, and pause the queue of missions."""
-    return _stopped(await run_sync(partial(robot.chassis.missions.stop, by=OWNER)))
+    stop = partial(robot.chassis.missions.stop, by=OWNER)
+    return _stopped(await run_sync(stop, limiter=CapacityLimiter(1)))
 
 
 def _stopped(report: StopReport) -> Told:

@@ -28,7 +28,7 @@ from woosh_pure.web.robot import Robot
 from woosh_pure.web.snapshot import state_parts
 
 if TYPE_CHECKING:
-    from woosh_pure.mcp.server import Door
+    from woosh_pure.mcp.door import Door
 
 LANE_WIDTH, MAX_PIXELS, WAIT_SECONDS = 0.7, 1024, 2.0
 Free = Annotated[float | None, Field(description="m from the robot's centre; null: nothing seen")]

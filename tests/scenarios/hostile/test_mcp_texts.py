@@ -187,6 +187,8 @@ def test_arguments_that_make_no_sense(sim: SimulatedChassis, home: Path) -> None
         for tool in asyncio.run(listed()):
             names = list(tool.input_schema.get("properties", ()))
             calls.append((tool.name, {"unknown": 1, **{name: chance.choice(WRONG) for name in names}}))
+            if "distance_m" in names:  # may be meant as a limit
+                calls.append((tool.name, {"distance_m": 0.5, "max_speed": 0.1}))
             values = WRONG if tool.annotations.destructive_hint else chance.sample(WRONG, 3)
             for value in values if names else ():
                 calls.append((tool.name, dict.fromkeys(names, value)))

@@ -10,10 +10,10 @@ import pytest
 
 from tests.support.png import read_png
 from woosh_pure.cli.output import Output
-from woosh_pure.maps.picture import BOTTOM, LEFT, LINES, MARK, PATH, RIGHT, TOP, chart_of, chart_png, step_of
 from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.gridmap import GridMap
 from woosh_pure.maps.marks import UserMark
+from woosh_pure.maps.picture import BOTTOM, LEFT, LINES, MARK, PATH, RIGHT, TOP, chart_of, chart_png, step_of
 from woosh_pure.readings import free_ways, nearest_of, side_of
 
 pytest.importorskip("PIL", reason="needs the extra `cli`")

@@ -28,13 +28,13 @@ from woosh_pure.cli import main
 from woosh_pure.cli.commands import watch
 from woosh_pure.cli.commands.devices import image_png
 from woosh_pure.cli.output import LogLines, Output
-from woosh_pure.maps.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
 from woosh_pure.cli.screen import Scene, Screen
 from woosh_pure.enums import RobotState
 from woosh_pure.errors import GoalFailed, MotionRefused
 from woosh_pure.faults import decode_status_code
 from woosh_pure.geometry import Pose2D, Velocity
 from woosh_pure.maps.gridmap import GridMap
+from woosh_pure.maps.picture import BOTTOM, LEFT, RIGHT, ROBOT, SCAN, TOP, blank_around, chart_of
 from woosh_pure.outcome import Outcome, OutcomeKind
 from woosh_pure.readings import scan_in_base, scan_in_map
 from woosh_pure.reasons import Readiness, Reason

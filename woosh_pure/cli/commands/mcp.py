@@ -48,7 +48,7 @@ def run_mcp(args: Namespace, out: Output) -> None:
             server(robots, limits=limits, marks=marks, recordings=args.recordings, **given).run("stdio")
             return
         from woosh_pure import mcp
-        from woosh_pure.mcp.server import alone, mount
+        from woosh_pure.mcp.door import alone, mount
         from woosh_pure.web.access import AccessRules
         from woosh_pure.web.context import WebContext
         from woosh_pure.web.server import WebServer

@@ -161,7 +161,7 @@ def page_of(
         from woosh_pure.mcp import require
 
         require()
-        from woosh_pure.mcp.server import mount
+        from woosh_pure.mcp.door import mount
 
         mount(app, limits_of(args), allow_motion=args.mcp_allow_motion, confirm=args.mcp_confirm)
     try:

@@ -13,7 +13,7 @@ from mcp.server import MCPServer
 from mcp.server.mcpserver import Context, Elicit, ElicitationResult, Resolve
 from mcp.server.mcpserver.exceptions import ToolError
 from mcp.server.transport_security import TransportSecuritySettings
-from mcp_types import ToolAnnotations
+from mcp_types import CallToolResult, TextContent, ToolAnnotations
 from starlette.applications import Starlette
 from starlette.routing import Route
 from starlette.types import Receive, Scope, Send
@@ -64,7 +64,9 @@ class Door:
     ) -> None:
         self.robots, self.limits, self._confirm = dict(robots), limits, confirm
         self._moving: set[str] = set()
-        self.mcp = MCPServer("woosh", version=__version__, instructions=INSTRUCTIONS, log_level="WARNING")
+        self._arguments: dict[str, set[str]] = {}  # of each tool
+        told: Any = {"version": __version__, "instructions": INSTRUCTIONS, "log_level": "WARNING"}
+        self.mcp = MCPServer("woosh", **told, middleware=[self._refuse_unknown])
         reading.add(self)
         moving.add(self, motion=allow_motion)
 
@@ -113,6 +115,20 @@ class Door:
 
         return add
 
+    async def _refuse_unknown(self, ctx: Any, call_next: Function) -> Any:
+        """Refuse arguments that a tool does not have. The SDK ignores them; one may be meant as a limit."""
+        asked = (ctx.params or {}) if ctx.method == "tools/call" else {}
+        known, given = self._arguments.get(str(asked.get("name"))), asked.get("arguments")
+        if known is not None and isinstance(given, Mapping) and (unknown := set(given) - known):
+            wrong = say(
+                "unknown arguments: {unknown}; expected: {known}",
+                unknown=sorted(unknown),
+                known=sorted(known),
+            )
+            text = TextContent(type="text", text=texts.data(shown(wrong), 1000))
+            return CallToolResult(content=[text], is_error=True)
+        return await call_next(ctx)
+
     def _like(self, made: Function, function: Function, **more: Any) -> Function:
         """Give a function the arguments of a tool: those of `function`, and the robot's name for several."""
         hints = typing.get_type_hints(function, include_extras=True)
@@ -120,6 +136,7 @@ class Door:
         kinds: dict[str, Any] = {one.name: hints[one.name] for one in given}
         if len(self.robots) > 1:
             kinds["robot"] = Literal[tuple(self.robots)]
+        self._arguments[function.__name__] = set(kinds)
         kinds |= {"ctx": Context, **more}
         defaults = {one.name: one.default for one in given}
         keyword, none = inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.empty
