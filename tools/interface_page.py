@@ -46,6 +46,7 @@ _STEP_UNITS = "m, forward positive; m/s; base_link"
 VERBS: tuple[Verb, ...] = (
     Verb("go_to_mark", _TASK, "s"),
     Verb("task", _TASK, "poses: m, rad; map"),
+    Verb("task_list", ("/robot_status",), "s"),
     Verb("park", _TASK),
     Verb("charge", _TASK),
     Verb("carry", _TASK),

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from woosh_pure.web.marks import NamedPlace
     from woosh_pure.web.robot import Robot
 
-__all__ = ["Limits", "server"]
+__all__ = ["Limits", "require", "robots", "server"]
 
 
 def server(

@@ -232,17 +232,19 @@ def _cancel_action(run: StopRun, name: str, cancelled: list[str]) -> None:
             publisher.wait_for_connection(timeout=_left(run.deadline))
             publisher.publish()
             publisher.flush(1.0)
-            goals = None if registrations.lacks_publisher(statuses.topic) else _goals(statuses, _FIRST_STATUS)
+            goals = (
+                None if registrations.lacks_publisher(statuses.topic) else goals_of(statuses, _FIRST_STATUS)
+            )
             if goals is None or any(status in _HAD_A_GOAL for status in goals.values()):
                 cancelled.append(name)
-            if not _cancelled_by_id(publisher, statuses, goals, Deadline(_left(run.deadline))):
+            if not cancel_by_id(publisher, statuses, goals, Deadline(_left(run.deadline))):
                 run.report.problems.append(say("cancelling {goal} (it goes on)", goal=name))
             publisher.close(wait=_READ)
     except (RosError, OSError, RuntimeError) as error:
         run.report.problems.append(say("cancelling {goal} ({error})", goal=name, error=error))
 
 
-def _goals(statuses: rosproto.Subscriber, seconds: float) -> dict[str, int] | None:
+def goals_of(statuses: rosproto.Subscriber, seconds: float) -> dict[str, int] | None:
     """Return the status of each goal by its id, from the server's next message; None if none comes."""
     try:
         return {goal.goal_id.id: goal.status for goal in statuses.next(seconds).status_list}
@@ -250,7 +252,7 @@ def _goals(statuses: rosproto.Subscriber, seconds: float) -> dict[str, int] | No
         return None
 
 
-def _cancelled_by_id(
+def cancel_by_id(
     publisher: rosproto.Publisher,
     statuses: rosproto.Subscriber,
     goals: dict[str, int] | None,
@@ -267,7 +269,7 @@ def _cancelled_by_id(
             for id in left:
                 publisher.publish(id=id)
             again = time.monotonic() + _CANCEL_AGAIN
-        if (now := _goals(statuses, _CANCEL_AGAIN)) is not None:
+        if (now := goals_of(statuses, _CANCEL_AGAIN)) is not None:
             left &= {id for id, status in now.items() if status in _UNDER_WAY}
     return not left
 

@@ -49,6 +49,7 @@ FROM_ZERO = frozenset(
         "--max-speed",  # the configured one
         "--min-space",
         "--padding",
+        "--http",  # a free port
         "--page-port",  # a free one
         "--passage",
         "--port",  # a free one

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
+from concurrent.futures import Future, wait
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +19,7 @@ from woosh_pure.cli.connection import watchdog_of
 from woosh_pure.cli.output import Output
 
 TOKEN_VARIABLE, PORT = "WOOSH_MCP_TOKEN", 8766
+SLICE = 0.1  # seconds: on Windows a wait cannot be interrupted
 
 
 def add_mcp(parser: ArgumentParser) -> None:
@@ -45,7 +50,8 @@ def run_mcp(args: Namespace, out: Output) -> None:
         robots, marks = connect_all(args, out, stack, watchdog), marks_here(args).values()
         given: Any = {"allow_motion": args.mcp_allow_motion, "confirm": args.mcp_confirm}
         if args.http is None:
-            server(robots, limits=limits, marks=marks, recordings=args.recordings, **given).run("stdio")
+            made = server(robots, limits=limits, marks=marks, recordings=args.recordings, **given)
+            _serve(partial(made.run, "stdio"))
             return
         from woosh_pure import mcp
         from woosh_pure.mcp.door import alone, mount
@@ -53,10 +59,28 @@ def run_mcp(args: Namespace, out: Output) -> None:
         from woosh_pure.web.context import WebContext
         from woosh_pure.web.server import WebServer
 
-        rules, made = AccessRules(token_of(args, TOKEN_VARIABLE), (), [args.bind]), mcp.robots(robots, marks)
-        mount(app := alone(WebContext(made, rules, allow_driving=False, max_viewers=1)), limits, **given)
+        rules, named = AccessRules(token_of(args, TOKEN_VARIABLE), (), [args.bind]), mcp.robots(robots, marks)
+        mount(app := alone(WebContext(named, rules, allow_driving=False, max_viewers=1)), limits, **given)
         with WebServer(app, bind=args.bind, port=args.http) as serving:
             out.line("for assistants: {url}mcp", url=serving.url)
             out.record({"url": f"{serving.url}mcp", "port": serving.port})
             while serving.running:
                 time.sleep(0.1)
+
+
+def _serve(run: Callable[[], None]) -> None:
+    """Serve in a daemon thread, so that its read of stdin does not keep a process from ending."""
+    ended: Future[None] = Future()
+
+    def work() -> None:
+        try:
+            run()
+        except BaseException as error:
+            ended.set_exception(error)
+        else:
+            ended.set_result(None)
+
+    threading.Thread(target=work, name="woosh:mcp", daemon=True).start()
+    while not wait([ended], SLICE).done:
+        pass
+    ended.result()

@@ -112,7 +112,7 @@ def test_only_goals_that_were_there_are_cancelled_again() -> None:
             )
 
     publisher = SimpleNamespace(publish=lambda id: sent.append(id))
-    first = other_clients._goals(Statuses(), 1.0)  # type: ignore[arg-type]
-    assert other_clients._cancelled_by_id(publisher, Statuses(), first, Deadline(20.0))  # type: ignore[arg-type]
+    first = other_clients.goals_of(Statuses(), 1.0)  # type: ignore[arg-type]
+    assert other_clients.cancel_by_id(publisher, Statuses(), first, Deadline(20.0))  # type: ignore[arg-type]
     assert set(sent) == {"old"}
     assert next(told, None) is None
