@@ -13,7 +13,7 @@ from fastapi import APIRouter, Depends, Path, Request, Response
 
 from rosproto.logs import get_logger
 from woosh_pure.missions import KINDS, STEP_KEYS
-from woosh_pure.web import models
+from woosh_pure.web import mission_models as models
 from woosh_pure.web.access import Client
 from woosh_pure.web.api import dependencies
 from woosh_pure.web.api.commands import KEY_USED, Key, answered_once
