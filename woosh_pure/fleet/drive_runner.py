@@ -6,8 +6,7 @@ the robot stands), or this is not known.
 
     the chassis's outcome, or our error                          report
     ------------------------------------------------------------------------------
-    arrived, rejected; failed for a reason that the robot tells  ended
-    failed without one, cancelled, replaced                      ended (`by_others` if not by this program)
+    arrived, failed, rejected, cancelled, replaced               ended (`by_others` if not by this program)
     refused before anything was sent                             ended
     connection lost, timed out, cancel not sent or not confirmed not known
     any other error once sending has begun                       not known
@@ -31,9 +30,8 @@ from woosh_pure.fleet.messages.elements import Edge, Node
 from woosh_pure.fleet.order.events import Drive, DriveEnded, StopEnded
 from woosh_pure.fleet.order.vehicle_limits import AgvPosition
 from woosh_pure.motion.action_goal import NavigationHandle
-from woosh_pure.motion.own_reasons import OwnReasons
 from woosh_pure.motion.task import TaskHandle
-from woosh_pure.outcome import OutcomeKind, end_is_known
+from woosh_pure.outcome import end_is_known
 
 _log = get_logger("woosh_pure.fleet.drive_runner")
 _MODE_SECONDS = 5.0
@@ -142,8 +140,7 @@ class DriveRunner:
         self._report_end(DriveEnded(token, arrived, text, known, by_others))
 
     def _work(self, effect: Drive, request: CallScope) -> None:
-        token, reasons = effect.token, OwnReasons()
-        off = self._chassis.feed("status_code").on(reasons.note, connect=False)
+        token = effect.token
         try:
             with self._sending:
                 with self._lock:
@@ -166,8 +163,6 @@ class DriveRunner:
             outcome = handle.wait(None, raises=False)
             text = outcome.text or str(outcome.kind)
             known, by_others = end_is_known(outcome), ended_by_others(outcome)
-            if outcome.kind is OutcomeKind.FAILED:  # so is a task whose drive somebody has replaced
-                by_others = not reasons.told()
             self._report(token, outcome.arrived, text, known=known, by_others=by_others)
         except (_NotSent, MotionRefused, FirmwareLimit, ValueError) as error:
             self._report(token, False, str(error), known=True)
@@ -176,8 +171,6 @@ class DriveRunner:
         except Exception as error:
             _log.exception("! a drive failed")
             self._report(token, False, f"{type(error).__name__}: {error}", known=False)
-        finally:
-            off()
 
     def _send(self, effect: Drive) -> TaskHandle | NavigationHandle:
         node, edge = effect.node, effect.edge

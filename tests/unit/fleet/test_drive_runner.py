@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -13,7 +12,6 @@ from rosproto.errors import ConnectionLost, RosError, RosTimeout
 from woosh_pure.connection.call_scope import CallScope
 from woosh_pure.enums import NavDirection
 from woosh_pure.errors import MotionRefused
-from woosh_pure.faults import StatusCode, decode_status_code
 from woosh_pure.fleet.drive_runner import DriveRunner
 from woosh_pure.fleet.messages.elements import Edge, Node, NodePosition
 from woosh_pure.fleet.order.events import Drive, DriveEnded
@@ -60,14 +58,6 @@ class Robot:
         self.modes.append((max_speed, direction))
         if self.mode_fails is not None:
             raise self.mode_fails
-
-    def feed(self, name: str) -> Robot:
-        assert name == "status_code"
-        return self
-
-    def on(self, callback: Callable[[StatusCode], object], *, connect: bool) -> Callable[[], None]:
-        self.tell = callback
-        return lambda: None
 
     def request(self) -> CallScope:
         return CallScope()
@@ -132,23 +122,19 @@ def test_each_outcome_is_reported_for_what_is_known(
 
 
 @pytest.mark.parametrize(
-    ("kind", "by_us", "code", "by_others"),
+    ("kind", "by_us", "by_others"),
     [
-        (OutcomeKind.CANCELLED, "", 0, True),
-        (OutcomeKind.REPLACED, "", 0, True),
-        (OutcomeKind.CANCELLED, "stop() was called", 0, False),
-        (OutcomeKind.FAILED, "", 0, True),
-        (OutcomeKind.FAILED, "", 140201000022, True),
-        (OutcomeKind.FAILED, "", 130104000042, False),
+        (OutcomeKind.CANCELLED, "", True),
+        (OutcomeKind.REPLACED, "", True),
+        (OutcomeKind.CANCELLED, "stop() was called", False),
+        (OutcomeKind.FAILED, "", False),
     ],
 )
 def test_a_drive_that_others_ended_is_reported_as_such(
-    hands: Hands, kind: OutcomeKind, by_us: str, code: int, by_others: bool
+    hands: Hands, kind: OutcomeKind, by_us: str, by_others: bool
 ) -> None:
-    """Only so is a stop by another program known; a failure is the robot's own if it tells why."""
-    goal = hands.drive()
-    hands.robot.tell(decode_status_code(code))
-    goal.outcome.put(Outcome(kind, "x", "preempted", by_us=by_us))
+    """Only so is a stop by another program known."""
+    hands.drive().outcome.put(Outcome(kind, "x", "preempted", by_us=by_us))
     assert hands.ended.get(timeout=10.0).by_others is by_others
 
 
