@@ -200,7 +200,14 @@ def words_of(line: str, sim: SimulatedChassis) -> list[str]:
     return shlex.split(line)
 
 
-EXTRAS = {"bridge": "bridge", "foxglove": "foxglove", "web": "web", "--robots": "web", "--robot-api": "api"}
+EXTRAS = {
+    "bridge": "bridge",
+    "foxglove": "foxglove",
+    "web": "web",
+    "--robots": "web",
+    "--robot-api": "api",
+    "mcp": "mcp",
+}
 """Words of a command, and the extra that it needs."""
 
 
@@ -236,7 +243,9 @@ def test_an_example_of_help_does_what_it_promises(
         assert way.until in result.out + result.err
     else:
         with task_begun(sim) if way.during else contextlib.nullcontext():
-            apart = words[0] == "run"  # it loads the layer for ROS's programs into the process
+            apart = (
+                words[0] == "run" or "mcp" in words
+            )  # loads ROS's layer into the process; reads its own stdin
             command = run_apart if apart else run
             more = ("--api-address", api.address) if words[0] == "api" else way.more
             result = command(prog, [*words, *more], way.stdin)

@@ -255,9 +255,9 @@ DRIVE = (
 TABLE = [*READING, *MOVING, *TELLING, *RECORDING]
 ALL = [*TABLE, *ALONE]
 NEEDS_A_TERMINAL = {"woosh drive"}
-SERVERS = ("woosh web", "woosh foxglove", "woosh robot-api", "woosh vda5050", "woosh run")
+SERVERS = ("woosh web", "woosh foxglove", "woosh robot-api", "woosh vda5050", "woosh run", "woosh mcp")
 """In test_web_command.py and test_web_dead_man.py, tests/unit/cli/test_foxglove_command.py, test_robot_api_commands.py,
-tests/interop/fleet;
+tests/interop/fleet, test_mcp_hosts.py;
 `run`, which loads the layer for ROS's programs into its process, in test_sim_options.py."""
 OF_THE_PAGE = {("woosh sim", option) for option in ("--robots", "--page-port", "--token", "--token-file")}
 """They need the extra `web`; in test_web_command.py."""

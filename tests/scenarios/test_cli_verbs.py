@@ -272,6 +272,7 @@ TESTED_ELSEWHERE = {
         "drive",
         "completion",
         "learn",
+        "mcp",
         "mission",
         "record",
         "run",

@@ -495,7 +495,7 @@ UNDONE = {
     if request.kind != "read"
 } - {
     TWIST, CALL, *(ROBOT + n for n in (
-        "ExecTask", "ActionOrder", "SetRobotPose", "InitRobot", "Speak", "LED", "SwitchMap", "SwitchControlMode",
+        "ExecTask", "ExecPreTask", "ActionOrder", "SetRobotPose", "InitRobot", "Speak", "LED", "SwitchMap", "SwitchControlMode",
         "SwitchWorkMode",
     )),
 }  # fmt: skip
