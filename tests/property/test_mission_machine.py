@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from tests.support.mission_model import Model, No, events, missions
 from woosh_pure.missions import machine
 
-RUNS = int(os.environ.get("MISSION_RUNS", "200"))
+RUNS = int(os.environ.get("MISSION_RUNS", "60"))
 
 
 def same_as_the_model(data: st.DataObject) -> None:

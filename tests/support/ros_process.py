@@ -197,7 +197,7 @@ class RosProcess:
         self._signal(signal.SIGKILL)
         self.process.wait(10.0)
 
-    def stop(self, patience: float = 30.0) -> None:
+    def stop(self, patience: float = 5.0) -> None:
         """End it and its children: Ctrl-C first, by force after `patience` seconds."""
         if self.process.poll() is None:
             self._signal(signal.SIGINT)

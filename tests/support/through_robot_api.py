@@ -54,6 +54,8 @@ SKIPPED: dict[str, str] = {
     "test_safety::test_a_robot_that_stands_although_it_is_told_to_move_ends_the_drive": "a button that nobody knows of",
     "test_safety::test_a_goal_of_ones_own_that_drives_the_robot_is_one_like_the_others": "docks, rollers, hook, charging contacts",
     "test_motion::test_a_lost_subscriber_ends_the_drive_at_once_and_zero_comes_first_afterwards": LINK,
+    "test_stop::test_a_cancel_that_is_lost_is_sent_again": LINK,
+    "test_stop::test_a_goal_that_ignores_its_cancel_is_named": LINK,
     "test_tasks::test_a_mark_that_is_not_known_is_answered_by_near_ones_and_the_list": "marks in a refusal",
 }
 """Test, or one of its cases -> row."""
