@@ -15,7 +15,7 @@ from rosproto import Node
 from rosproto.gateway import Access
 from tests.support import mission_kills
 from tests.support.extras import needs
-from tests.support.missions import GO, HEAD, mission, reach, run_of, running
+from tests.support.missions import GO, HEAD, mission, reach, run_of, running, stop_by
 from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.enums import TaskState
@@ -63,13 +63,7 @@ def test_a_stop_ends_a_task_list(robot: Robot, who: str) -> None:
     start = sim.pose
     chassis.missions.run(mission(ROUND))
     until(lambda: sim.pose.distance_to(start) > 0.1)
-    if who == "this program":
-        chassis.stop()
-    elif who == "another program":
-        with Chassis(sim.master_uri) as other:
-            assert other.stop(everything=True).standing
-    else:
-        assert chassis.missions.stop().standing
+    stop_by(who, sim, chassis, chassis.missions)
     assert reach(chassis.missions, lambda run: run.phase.over).phase is Phase.STOPPED
     before, end = sim.pose, sim.now + 8.0
     until(lambda: sim.now > end, 60.0)

@@ -29,7 +29,7 @@ from rosproto.node.graph.master_client import MasterClient
 from tests.support import mission_kills
 from tests.support.doors import held
 from tests.support.extras import needs
-from tests.support.missions import GO, HEAD, mission, reach, run_of, running
+from tests.support.missions import GO, HEAD, mission, reach, run_of, running, stop_by
 from tests.support.png import read_png
 from tests.support.waiting import until
 from woosh_pure import Chassis, SimulatedChassis, state_file
@@ -212,16 +212,6 @@ def fail_with_reason(sim: SimulatedChassis, why: str) -> None:
     """The task fails, and the robot tells by a code of its navigation that it cannot get there."""
     sim.report(130104000042)
     sim.fail_task(why)
-
-
-def stop_by(who: str, sim: SimulatedChassis, chassis: Chassis, missions: Missions) -> None:
-    if who == "this program":
-        chassis.stop()
-    elif who == "another program":
-        with Chassis(sim.master_uri) as other:
-            assert other.stop(everything=True).standing
-    else:
-        assert missions.stop(by="Anna").standing
 
 
 @pytest.mark.promise("a STOP while a mission is carried out")

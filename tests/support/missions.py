@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from rosproto.errors import RosTimeout
+from woosh_pure import Chassis, SimulatedChassis
 from woosh_pure.missions import Mission, Missions, Phase, Run, parse
 
 HEAD = 'mission = 1\nname = "test"\n'
@@ -34,3 +35,14 @@ def reach(missions: Missions, accept: Callable[[Run], object], seconds: float = 
 
 def running(run: Run) -> bool:
     return run.phase is Phase.RUNNING
+
+
+def stop_by(who: str, sim: SimulatedChassis, chassis: Chassis, missions: Missions) -> None:
+    """Stop the robot by this program, another program, or the missions."""
+    if who == "this program":
+        chassis.stop()
+    elif who == "another program":
+        with Chassis(sim.master_uri) as other:
+            assert other.stop(everything=True).standing
+    else:
+        assert missions.stop(by="Anna").standing
