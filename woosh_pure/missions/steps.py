@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import threading
+import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
@@ -25,23 +26,56 @@ from woosh_pure.maps.marks import own_marks
 from woosh_pure.missions.machine import Result, Run
 from woosh_pure.missions.mission import MOVING
 from woosh_pure.motion.motion import GoalHandle
-from woosh_pure.motion.own_reasons import OwnReasons
 from woosh_pure.motion.task_list import stored_task_list
 from woosh_pure.outcome import Outcome, OutcomeKind, end_is_known
 from woosh_pure.values.messages import message_type
 
 if TYPE_CHECKING:
     from woosh_pure.chassis import Chassis
+    from woosh_pure.faults import StatusCode
 
 _log = get_logger("woosh_pure.missions.steps")
 _SLICE = 0.05
 _MOTION_SECONDS, _OTHER_SECONDS = 600.0, 60.0
 """Time limits of steps that give none; waiting has none."""
 _READING_SECONDS = 5.0
+_BEFORE_SECONDS, _AFTER_SECONDS = 1.0, 0.5
+_CODES = {
+    *(130101000011, 130101000021, 130101000031, 130101000051),  # no way to the target
+    *(130104000042, 130104000092, 130104000102),  # navigation failed
+    *(130603000012, 130603000032, 130603000042, 130603000052),  # the same in a narrow passage
+    *(130701000012, 130701000032),  # a move by steps failed
+}
+"""Codes of /status_code by which the robot itself tells why it did not get there."""
 
 
 class _Cancelled(RosError):
     """The run is over; nobody reads the end of this step."""
+
+
+class OwnReasons:
+    """Whether the robot tells why a motion failed. `note` takes in the feed `status_code` from its start.
+
+    A robot may also call a motion failed that somebody else has stopped or replaced. Only a code of its own,
+    such as "no way to the target", tells the two apart.
+    """
+
+    def __init__(self) -> None:
+        self._at = -math.inf
+
+    def note(self, code: StatusCode) -> None:
+        """Take in a code."""
+        if code.code in _CODES:
+            self._at = time.monotonic()
+
+    def told(self) -> bool:
+        """Whether the robot tells just now that it cannot get there; the code comes on another link than the
+        end, before or after it.
+        """
+        end = time.monotonic()
+        while self._at < end - _BEFORE_SECONDS and time.monotonic() < end + _AFTER_SECONDS:
+            time.sleep(0.01)
+        return self._at >= end - _BEFORE_SECONDS
 
 
 class StepRunner:
