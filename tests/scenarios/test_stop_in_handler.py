@@ -20,6 +20,7 @@ from typing import Any
 
 import pytest
 
+from rosproto.errors import ConnectionLost
 from tests.support.load import crowd
 from woosh_pure import Chassis, MotionRefused, SimulatedChassis
 
@@ -217,10 +218,15 @@ def test_close_over_any_line(sim, until, name):
 @pytest.mark.promise("`stop()` or `close()` in a signal handler")
 @pytest.mark.skipif(os.name == "nt", reason="has POSIX timers")
 def test_a_real_signal_at_a_random_moment_of_a_loop_that_drives(sim, chassis, until):
-    for _ in range(10):
-        with suppress(MotionRefused), chassis.velocity(bypasses_protection=True) as drive:
-            drive.set(0.05, valid_for=5.0)
-            until(lambda: not sim.world.body.velocity.is_standing())
+    stopped = 0
+    for _ in range(30):
+        # A computer that did not run this for a second has ended the drive by itself: then once more.
+        with suppress(MotionRefused, ConnectionLost), chassis.velocity(bypasses_protection=True) as drive:
+            until(
+                lambda drive=drive: (
+                    drive.set(0.05, valid_for=5.0) or not sim.world.body.velocity.is_standing()
+                )
+            )
             seen: list[Standing] = []
             took: list[float] = []
 
@@ -244,3 +250,7 @@ def test_a_real_signal_at_a_random_moment_of_a_loop_that_drives(sim, chassis, un
             assert after is not None, "the robot drives on"
             assert after < STANDS * crowd()
             assert took[0] < RETURNS
+            stopped += 1
+        if stopped == 10:
+            break
+    assert stopped == 10
