@@ -54,7 +54,7 @@ assert inspect.getsource(rospy.Rate).startswith("class Rate")
 """
 
 
-def run(*command: object, timeout: float = 300, **options: object) -> str:
+def run(*command: object, timeout: float = 900, **options: object) -> str:
     """Run it in an environment of its own; its output."""
     environment = {
         k: os.environ[k] for k in ("PATH", "HOME", "LANG", "SYSTEMROOT", "TMPDIR") if k in os.environ
@@ -215,7 +215,7 @@ def check_frozen(python: Path, work: Path) -> None:
     run(
         python, "-m", "PyInstaller", "--onefile", "--noconfirm", "--log-level", "ERROR", "--paths", HERE,
         "--distpath", work / "app", "--workpath", work / "build", "--specpath", work, main,
-        cwd=work, timeout=600,
+        cwd=work, timeout=900,
     )  # fmt: skip
     (program,) = (work / "app").glob("frozen*")
     for application, shows in APPLICATIONS.items():

@@ -48,7 +48,7 @@ OF_THE_PROJECT = {
 """Development extras run in the project's folder."""
 
 
-def run(words: Sequence[object], *, seconds: float = 300, **options: object) -> str:
+def run(words: Sequence[object], *, seconds: float = 900, **options: object) -> str:
     """Run it; its output, when it succeeds."""
     done = subprocess.run(
         [str(word) for word in words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=seconds, **options
@@ -80,7 +80,7 @@ def start(line: str, folder: Path, environment: dict[str, str]) -> None:
     with tempfile.TemporaryFile("w+") as output:
         process = subprocess.Popen(command.split(), cwd=folder, env=environment, stdout=output, stderr=output)
         try:
-            end = time.monotonic() + 60
+            end = time.monotonic() + 180
             while shown not in text_of(output) and process.poll() is None and time.monotonic() < end:
                 time.sleep(0.1)
             assert shown in text_of(output), f"{command}\n{text_of(output)}"
