@@ -25,6 +25,7 @@ from tests.interop.compare.asked import plain
 from tests.interop.compare.comparison import ERROR, Answer, Case, Kind, Peer, run_command
 from tests.interop.compare.comparison import environment as variables
 from tests.interop.compare.values import fitting
+from tests.support.load import crowd
 from tests.support.ros_process import RosProcess, environment
 
 TOPICS = ["/a", "/b", "/c/d", "e", "/camera/image", "/tf"]
@@ -391,7 +392,7 @@ class BagPlay(BagKind):
         """Seconds of silence after which nothing more is expected; on a busy computer the player starts late."""
         if self._came == self._ours["came"]:
             return 0.05
-        return 1.0 if self._came else 5.0
+        return (1.0 if self._came else 5.0) * crowd()
 
     @staticmethod
     def _words(case: Case) -> list[str]:

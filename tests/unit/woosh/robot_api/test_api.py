@@ -129,9 +129,8 @@ def test_an_older_device_state_is_not_known() -> None:
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the patience that a robot needs."""
+    """Looks often."""
     monkeypatch.setattr(api, "SETTLED_SECONDS", 0.0)
-    monkeypatch.setattr(api, "LOCALISED_SECONDS", 0.3)
     monkeypatch.setattr(api, "_LOOK_SECONDS", 0.01)
 
 
@@ -174,7 +173,8 @@ def test_a_switch_ends_when_the_robot_names_the_map_and_is_localised(name: str) 
 
 
 @pytest.mark.usefixtures("quick")
-def test_a_switch_says_that_the_robot_is_not_localised() -> None:
+def test_a_switch_says_that_the_robot_is_not_localised(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(api, "LOCALISED_SECONDS", 0.3)
     with ApiPeer(Switching(localised_after=10**6).answers) as peer:
         assert robot_api(peer).switch_map("yard", "yard").localised is False
     with ApiPeer({**Switching().answers, "woosh.robot.DeviceState": {"state": 1}}) as peer:
