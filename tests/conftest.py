@@ -28,6 +28,7 @@ from tests.support.watched.plugin import begin, pytest_runtest_teardown, pytest_
 __all__ = ["pytest_runtest_teardown", "pytest_sessionfinish"]
 
 AT_ONCE = "not (slow or whole or interop or structure)"
+ALL_INTEROP = [Path(__file__).parent / name for name in ("interop", "windows")]
 begin()
 settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")
@@ -62,6 +63,11 @@ def pytest_configure(config: pytest.Config) -> None:
     if os.environ.get("PASSED_TESTS"):
         passed = Passed(Path(os.environ["PASSED_TESTS"]), notes=not hasattr(config, "workerinput"))
         config.pluginmanager.register(passed, "passed-tests")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Import nothing of a folder of which nothing will run."""
+    return True if config.option.markexpr == AT_ONCE and collection_path in ALL_INTEROP else None
 
 
 @pytest.fixture(autouse=True)
