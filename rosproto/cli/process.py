@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from typing import NamedTuple
 
 from rosproto.cli.background_output import everything_is_written, in_background, never_wait_for_stdout
@@ -65,15 +65,24 @@ def run_command(
 
 def _ended(task: Task) -> int:
     try:
-        code = task.run()
-        everything_is_written()  # a full disk or a closed pipe shows here, not at exit
-        return code
+        return _outcome(task)
     except KeyboardInterrupt:
-        never_wait_for_stdout()
         text, code = "interrupted", INTERRUPTED
     except (Terminated, TerminalGone):
-        never_wait_for_stdout()
         text, code = "terminated", TERMINATED
+    never_wait_for_stdout()
+    with suppress(KeyboardInterrupt, Terminated):  # once more, while this is written
+        task.failed(text, code)
+    return code
+
+
+def _outcome(task: Task) -> int:
+    """Run the task; an error of its own becomes a sentence and an exit code."""
+    try:
+        code = task.run()
+        everything_is_written()  # a full disk or a closed pipe shows here, not at exit
+    except TerminalGone:
+        raise
     except BrokenPipeError:
         output_is_gone()
         return DONE
@@ -81,7 +90,7 @@ def _ended(task: Task) -> int:
         if task.debug:
             raise
         text, code = explain(error)
-    task.failed(text, code)
+        task.failed(text, code)
     return code
 
 

@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from typing import Any
 
 import ray
 
@@ -36,10 +37,17 @@ def kill_a_reader(deadline: float) -> None:
         time.sleep(0.005)
 
 
+def at_leisure(batch: Any) -> Any:
+    """Keep a reader at work for as long as it takes to see one, on a busy computer too."""
+    time.sleep(0.3)
+    return batch
+
+
 def main(folder: str) -> None:
     ray.init(num_cpus=2, include_dashboard=False, _node_ip_address="127.0.0.1", log_to_driver=False)
     try:
         data = read_bags(folder, "/odom", fields=["pose.pose.position.x", "header.frame_id"], size=20_000)
+        data = data.map_batches(at_leisure)
         killer = threading.Thread(target=kill_a_reader, args=(time.monotonic() + 60,))
         killer.start()
         rows = data.take_all()
