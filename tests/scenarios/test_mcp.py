@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from collections.abc import AsyncIterator, Callable, Coroutine, Iterator
 from contextlib import asynccontextmanager
@@ -292,14 +293,27 @@ def test_a_motion_ends_with_its_call_and_its_limits(how: str, mode: str, chassis
     run(work)
 
 
-def test_a_mission_lives_in_its_call(chassis: Chassis, tmp_path: Path) -> None:
-    """It asks, is answered, and ends; another ends with its cancelled call."""
+def test_a_mission_lives_in_its_call(
+    chassis: Chassis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It asks, is answered, and ends; another ends with its cancelled call, also with one that is just beginning."""
     text = 'mission = 1\nname = "m"\n[[step]]\ndo = "ask"\ntext = "Go?"\n[step.answers]\nyes = "next"\nno = "end"\n'
     (tmp_path / "m.mission.toml").write_text(text + '[[step]]\ndo = "move"\nmetres = 0.3\n')
+    run_it, cancelled = chassis.missions.run, threading.Event()
+
+    def slow_run(*given: Any, **more: Any) -> Any:
+        """It has begun, and this is heard of only after the call was cancelled."""
+        cancelled.clear()
+        handle = run_it(*given, **more)
+        assert cancelled.wait(20.0)
+        time.sleep(0.3)  # for the cancel to arrive
+        return handle
 
     async def work() -> None:
-        async with client(door(chassis), Person()) as one:
-            for end in ("answered", "cancelled"):
+        for end in ("answered", "cancelled", "cancelled at once"):
+            if end == "cancelled at once":
+                monkeypatch.setattr(chassis.missions, "run", slow_run)
+            async with client(door(chassis), Person()) as one:
                 call = asyncio.ensure_future(one.call_tool("start_mission", {"mission": "m"}))
                 await until(lambda: chassis.missions.state.run and chassis.missions.state.run.question)
                 if end == "answered":
@@ -309,6 +323,7 @@ def test_a_mission_lives_in_its_call(chassis: Chassis, tmp_path: Path) -> None:
                     assert result["outcome"] == "reached", result
                 else:
                     call.cancel()
+                    cancelled.set()
                     await until(lambda: chassis.missions.state.active is None)
                 await until(lambda: chassis.lease.holder is None)
 

@@ -33,7 +33,7 @@ from woosh_pure.mcp.motion import (
     asks,
     client_refusal,
 )
-from woosh_pure.web.goals import Command
+from woosh_pure.web.goals import NOT_NOTED, Command
 from woosh_pure.web.http_errors import problem_of
 from woosh_pure.web.robot import Robot
 
@@ -90,21 +90,25 @@ class Door:
 
             async def call(ctx: Context[Any, Any], robot: str = "", agreed: Any = None, **values: Any) -> Any:
                 one = self.robots[robot] if robot else next(iter(self.robots.values()))
-                entry = one.journal.begin(OWNER, _called(function, values))
+                noted = function is not moving.stop  # a stop makes an entry itself
+                entry = one.journal.begin(OWNER, _called(function, values)) if noted else NOT_NOTED
+                word, said = "done", ""
                 try:
                     result: Any = await _work(function, one, values)
                     if isinstance(result, Wanted):
                         yes = agreed.action == "accept" and agreed.data.allow
                         why = client_refusal(ctx, self._confirm) or ("" if yes else NOT_AGREED)
-                        result = await Motion(one, result, self.limits, self._moving).go(ctx, why)
+                        motion = Motion(one, result, self.limits, self._moving)
+                        word, said = await motion.go(ctx, why)
+                        result = motion.moved(word, said)
                 except Exception as error:
-                    text = shown(problem_of(error).text)  # the details of an unexpected one stay in the log
-                    one.journal.end(entry, "failed", text)
-                    raise ToolError(texts.data(text, 1000)) from None
+                    word, said = "failed", problem_of(error).text  # details of an unexpected one: in the log
+                    raise ToolError(texts.data(shown(said), 1000)) from None
                 except BaseException:
-                    one.journal.end(entry, "cancelled")
+                    word = "cancelled"
                     raise
-                one.journal.end(entry, getattr(result, "outcome", "done"), getattr(result, "sentence", ""))
+                finally:
+                    one.journal.end(entry, word, said)
                 return result
 
             more = {"agreed": Annotated[ElicitationResult[Confirm], Resolve(self._like(ask, function))]}

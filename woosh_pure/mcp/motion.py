@@ -8,6 +8,7 @@ the process dies.
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -194,33 +195,33 @@ class Motion:
         self._robot, self._wanted, self._limits, self._moving = robot, wanted, limits, moving
         self._lease, self._call = robot.chassis.lease, robot.chassis.request()
         self._begun = self._started = time.monotonic()
+        self._ride: Ride | None = None
+        self._beginning = threading.Lock()
         self._start: Pose2D | None = None
         self._last: Pose2D | None = None
         self._metres, self._fast, self._plans = 0.0, 0, -1
 
-    async def go(self, ctx: Context[Any, Any], why: str) -> Moved:
-        """Begin it, unless there is a reason why not; watch it; end it."""
+    async def go(self, ctx: Context[Any, Any], why: str) -> tuple[Word, str]:
+        """Begin it, unless there is a reason why not; watch it; end it. Return the word and the sentence."""
         if why or self._robot.name in self._moving:
-            return self._moved("refused", why or "another call moves this robot now; wait for it, or stop it")
-        ride: Ride | None = None
+            return "refused", why or "another call moves this robot now; wait for it, or stop it"
         self._moving.add(self._robot.name)
         try:
             try:
                 if why := await run_sync(self._refusal, abandon_on_cancel=True):
-                    return self._moved("refused", why)
+                    return "refused", why
                 ride = await run_sync(self._begin, abandon_on_cancel=self._wanted.end is None)
             except (RosError, ValueError, Problem) as error:
                 problem = problem_of(error)
-                refused = problem.status in (404, 409, 422)
-                return self._moved("refused" if refused else "not known", problem.text)
+                return "refused" if problem.status in (404, 409, 422) else "not known", problem.text
             if why := await self._watch(ride, ctx):
-                await self._end(ride)
+                await self._end()
             word, sentence = ride.result()
             if not why:
-                return self._moved(word, sentence)
-            return self._moved("not known" if word == "not known" else "stopped", both(why, sentence))
+                return word, sentence
+            return "not known" if word == "not known" else "stopped", both(why, sentence)
         finally:
-            await self._end(ride)
+            await self._end()
             self._lease.release(OWNER)
             self._moving.discard(self._robot.name)
 
@@ -246,9 +247,16 @@ class Motion:
         return say("{holder} commands this robot now", holder=self._lease.holder)
 
     def _begin(self) -> Ride:
-        with self._call:
+        with self._beginning, self._call:
             self._started = time.monotonic()
-            return self._wanted.start()
+            self._ride = self._wanted.start()
+            return self._ride
+
+    def _stop(self) -> None:
+        self._call.end()
+        with self._beginning:  # a mission that is just beginning ends, too
+            if self._ride is not None and self._wanted.end:
+                self._wanted.end()
 
     async def _watch(self, ride: Ride, ctx: Context[Any, Any]) -> str:
         """Wait for the end of a motion; why it must end before, "" if it has ended."""
@@ -268,15 +276,15 @@ class Motion:
             await anyio.sleep(TICK)
         return ""
 
-    async def _end(self, ride: Ride | None) -> None:
+    async def _end(self) -> None:
         """End what has not ended, and wait for that. A mission that a person has taken over is paused."""
-        if ride is not None and (ride.done or (self._wanted.end and self._taken_over())):
+        if self._ride and (self._ride.done or (self._wanted.end and self._taken_over())):
             return
         with anyio.CancelScope(shield=True):
             # A limiter of its own: an end waits for no thread that a reading call holds.
-            await run_sync((ride and self._wanted.end) or self._call.end, limiter=anyio.CapacityLimiter(1))
+            await run_sync(self._stop, limiter=anyio.CapacityLimiter(1))
             until = time.monotonic() + END_SECONDS
-            while ride is not None and not ride.done and time.monotonic() < until:
+            while self._ride and not self._ride.done and time.monotonic() < until:
                 await anyio.sleep(TICK)
 
     def _taken_over(self) -> str:
@@ -319,7 +327,7 @@ class Motion:
         why = limits.leaves(self._start, [here, ahead]) or limits.leaves(self._start, way)
         return both(say("it leaves its limits"), why) if why else ""
 
-    def _moved(self, outcome: Word, sentence: str) -> Moved:
+    def moved(self, outcome: Word, sentence: str) -> Moved:
         """The result of the call."""
         return Moved(
             outcome=outcome,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from anyio import CapacityLimiter
 from anyio.to_thread import run_sync
 from mcp_types import ToolAnnotations
-from pydantic import Field, StrictFloat
+from pydantic import Field, Strict, StrictFloat
 
 from rosproto.sentence import say as words
 from rosproto.sentence import shown
@@ -22,7 +22,7 @@ from woosh_pure.missions import Mission
 from woosh_pure.missions.mission import MOVING
 from woosh_pure.motion.steps import MAX_DISTANCE, MAX_SPEED
 from woosh_pure.stopping.report import StopReport
-from woosh_pure.web.goals import command
+from woosh_pure.web import models
 from woosh_pure.web.robot import Robot
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ MOVES = ToolAnnotations(read_only_hint=False, destructive_hint=True, idempotent_
 ACTS = ToolAnnotations(read_only_hint=False, destructive_hint=False, idempotent_hint=True)
 Text = Annotated[str, Field(min_length=1, max_length=200)]
 # Strict: `true` and "1" are no numbers here.
-Coordinate = Annotated[StrictFloat, Field(ge=-10_000, le=10_000, description="m in the map")]
+Coordinate = Annotated[models.Metres, Strict()]
 Degrees = Annotated[StrictFloat, Field(ge=-360, le=360, description="counter-clockwise (left) positive")]
 Distance = Annotated[StrictFloat, Field(ge=-MAX_DISTANCE, le=MAX_DISTANCE, description="negative: back")]
 Speed = Annotated[StrictFloat, Field(ge=0, le=MAX_SPEED, description="0: the robot's own, 0.2")]
@@ -97,46 +97,39 @@ def add(door: Door, *, motion: bool) -> None:
 
 def _goal(
     robot: Robot,
-    kind: str,
-    verb: Callable[[], Any],
+    body: models.GoalRequest,
     target: Callable[[Pose2D], Pose2D | None],
     *,
     straight: bool = False,
     check: str = "",
-    **values: object,
 ) -> Wanted:
     """A goal of the chassis."""
-    what = command(kind, **values)
-    start = partial(robot.goals.begin, kind, OWNER, what, verb)
-    return Wanted(lambda: GoalRide(start()), target, straight, lambda here: check)
+    begin = partial(robot.begin_goal, body, OWNER, noted=False)  # the call has an entry in the journal
+    return Wanted(lambda: GoalRide(begin()), target, straight, lambda here: check)
 
 
 def _add_to_marks(door: Door, limits: Limits) -> None:
-    def wanted(robot: Robot, kind: str, mark: str) -> Wanted:
-        listed = robot.all_marks()
-        known = [one for one in listed if one.name == mark or texts.data(one.name, 200) == mark][:1]
-        name, pose = (known[0].name, known[0].pose) if known else (mark, None)
-        drive = getattr(robot.chassis, "go_to_mark" if kind == "mark" else kind)
-        verb: Callable[[], Any] = partial(drive, name, timeout=limits.max_seconds)
-        if kind == "mark" and pose and not known[0].on_chassis:  # a place of the list
-            verb = partial(robot.chassis.go_to, pose.x, pose.y, pose.yaw, timeout=limits.max_seconds)
+    def to_mark(robot: Robot, goal: Callable[..., models.GoalRequest], mark: str) -> Wanted:
+        told = (one for one in robot.all_marks() if texts.data(one.name, 200) == mark)
+        known = robot.find_mark(mark) or next(told, None)
+        body = goal(mark=known.name if known else mark, timeout=limits.max_seconds)
         missing = "no mark of that name is known" if limits.only_marks and not known else ""
-        return _goal(robot, kind, verb, lambda here: pose, check=missing, mark=texts.data(name, 200))
+        return _goal(robot, body, lambda here: known and known.pose, check=missing)
 
     @door.tool(MOVES, "Let the robot drive to the mark {mark}?")
     def go_to_mark(robot: Robot, mark: Text) -> Wanted:
         """Drive to a mark. Returns when the robot has arrived, or with the reason why not."""
-        return wanted(robot, "mark", mark)
+        return to_mark(robot, partial(models.MarkGoal, kind="mark"), mark)
 
     @door.tool(MOVES, "Let the robot park at the mark {mark}?")
     def park(robot: Robot, mark: Text) -> Wanted:
         """Drive to a parking mark and park. Returns at its end."""
-        return wanted(robot, "park", mark)
+        return to_mark(robot, partial(models.ParkGoal, kind="park"), mark)
 
     @door.tool(MOVES, "Let the robot drive to the charger {mark} and charge?")
     def charge(robot: Robot, mark: Text) -> Wanted:
         """Drive to a charger and charge. Returns at its end."""
-        return wanted(robot, "charge", mark)
+        return to_mark(robot, partial(models.ChargeGoal, kind="charge"), mark)
 
     @door.tool(MOVES, "Start the mission {mission} with {parameters}? The robot moves as its steps say.")
     def start_mission(
@@ -177,8 +170,8 @@ def _add_free(door: Door, limits: Limits) -> None:
     def go_to_pose(robot: Robot, x_m: Coordinate, y_m: Coordinate, heading_deg: Degrees = 0.0) -> Wanted:
         """Drive to a place in the map. Returns when the robot has arrived, or with the reason why not."""
         pose = Pose2D(x_m, y_m, math.radians(heading_deg))
-        verb = partial(robot.chassis.go_to, x_m, y_m, pose.yaw, timeout=seconds)
-        return _goal(robot, "pose", verb, lambda here: pose, x=x_m, y=y_m, yaw=pose.yaw)
+        body = models.PoseGoal(kind="pose", x=x_m, y=y_m, yaw=pose.yaw, timeout=seconds)
+        return _goal(robot, body, lambda here: pose)
 
     @door.tool(MOVES, "Let the robot drive {distance_m} m straight ahead (negative: back)?")
     def move(robot: Robot, distance_m: Distance, speed_m_per_s: Speed = 0.0) -> Wanted:
@@ -187,13 +180,11 @@ def _add_free(door: Door, limits: Limits) -> None:
         if speed_m_per_s > most:
             raise ValueError(words("at most {maximum:g} m/s are allowed", maximum=most))
         speed = speed_m_per_s or min(STEP_SPEED, most)
-        verb = partial(robot.chassis.move, distance_m, speed=speed, timeout=seconds)
-        ahead = partial(Pose2D.transformed, forward=distance_m, left=0.0, turn=0.0)
-        return _goal(robot, "move", verb, ahead, straight=True, distance=distance_m)
+        body = models.MoveGoal(kind="move", distance=distance_m, speed=speed, timeout=seconds)
+        return _goal(robot, body, lambda here: here.transformed(distance_m, 0.0, 0.0), straight=True)
 
     @door.tool(MOVES, "Let the robot turn by {angle_deg} degrees (positive: to the left)?")
     def turn(robot: Robot, angle_deg: Degrees) -> Wanted:
         """Turn on the spot. Returns at its end."""
-        angle = math.radians(angle_deg)
-        verb = partial(robot.chassis.rotate, angle, timeout=seconds)
-        return _goal(robot, "rotate", verb, lambda here: here, angle=angle)
+        body = models.RotateGoal(kind="rotate", angle=math.radians(angle_deg), timeout=seconds)
+        return _goal(robot, body, lambda here: here)

@@ -25,7 +25,7 @@ from woosh_pure.web.http_errors import worded
 from woosh_pure.web.missions import file_part, run_part
 from woosh_pure.web.optional_libraries import pillow
 from woosh_pure.web.robot import Robot
-from woosh_pure.web.snapshot import state_parts
+from woosh_pure.web.snapshot import faults_part, state_parts
 
 if TYPE_CHECKING:
     from woosh_pure.mcp.door import Door
@@ -170,18 +170,12 @@ def marks(robot: Robot) -> Listed:
 
 def faults(robot: Robot) -> Faults:
     """The robot's active faults, what speaks against moving, and what to do."""
-    active = robot.chassis.faults
-    todo = {True: "it does not move until a person has looked at it", False: "tell who looks after it"}
-    items = [
-        {
-            "code": one.code,
-            "level": one.level.name,
-            "text": one.english,
-            "to_do": todo[one.level.name == "SEVERE"],
-        }
-        for one in active
-    ]
-    return Faults(items=texts.bounded(items), complete=active.known, in_the_way=_reasons(robot))
+    part: Any = faults_part(robot.chassis.faults)
+    for one in part["active"]:
+        severe = "it does not move until a person has looked at it"
+        one["to_do"] = severe if one["level"] == "SEVERE" else "tell who looks after it"
+    items = texts.bounded(part["active"])
+    return Faults(items=items, complete=part["known"], in_the_way=_reasons(robot))
 
 
 def history(robot: Robot, count: Annotated[int, Field(ge=1, le=100)] = 20) -> Listed:

@@ -27,7 +27,8 @@ from woosh_pure.web.models import Entry
 from woosh_pure.web.snapshot import pose_part, reasons_part, said_part
 
 MAX_KEPT_GOALS, MAX_RUNNING_GOALS, MAX_KEYS = 200, 8, 1000
-
+NOT_NOTED = 0
+"""The number of no entry in the journal, which ignores its end."""
 
 LENGTH = 200
 COMMANDS = {
@@ -174,7 +175,7 @@ class Goal:
         who: The name of the client that requested it.
         handle: The library's handle of the goal.
         begun: When it was started, s since 1970, for people.
-        entry: The number of its entry in the journal.
+        entry: The number of its entry in the journal; `NOT_NOTED` without one.
         outcome: How it ended; None while it runs.
         error: Why the outcome is unknown; "" otherwise.
         start, target: Places in the map, {x, y} in m; None if not known.
@@ -266,12 +267,14 @@ class GoalManager:
         *,
         start: Mapping[str, float] | None = None,
         target: Mapping[str, float] | None = None,
+        noted: bool = True,
     ) -> Goal:
         """Start a goal; blocks until the robot has accepted or refused it.
 
         Args:
             kind, who, what, start, target: See `Goal`.
             begin: The verb of the chassis.
+            noted: Whether the journal gets an entry for it; False for a caller that makes one itself.
 
         Raises:
             RosError, ValueError: The error of the verb. The journal notes it, too.
@@ -281,7 +284,7 @@ class GoalManager:
             text = "{max_running} goals are under way already; cancel one first"
             raise Problem(409, text, "too-many-goals", max_running=MAX_RUNNING_GOALS)
         number = str(next(self._numbers))
-        entry = self._journal.begin(who, what, number)
+        entry = self._journal.begin(who, what, number) if noted else NOT_NOTED
         try:
             handle = begin()
         except Exception as error:

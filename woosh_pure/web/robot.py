@@ -7,6 +7,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +15,14 @@ from rosproto.codec import DynamicMessage
 from rosproto.sentence import say
 from woosh_pure.chassis import Chassis, components_of
 from woosh_pure.feed.feed import Feed
+from woosh_pure.geometry import Pose2D
 from woosh_pure.maps.marks import UserMark, with_robot_marks
 from woosh_pure.stopping.report import StopReport
 from woosh_pure.values.state import Image
+from woosh_pure.web import models
 from woosh_pure.web.access import Client
 from woosh_pure.web.camera import CAMERAS, COSTMAP, SharedFeed
-from woosh_pure.web.goals import GoalManager, IdempotentAnswers, Journal, command
+from woosh_pure.web.goals import Goal, GoalManager, IdempotentAnswers, Journal, command
 from woosh_pure.web.http_errors import Problem
 from woosh_pure.web.live.manual_drive import ManualDrive
 from woosh_pure.web.maps import MapCache
@@ -27,7 +30,7 @@ from woosh_pure.web.marks import MarkList
 from woosh_pure.web.missions import RobotMissions
 from woosh_pure.web.recordings import RecordingManager
 from woosh_pure.web.robot_site import RobotSite
-from woosh_pure.web.snapshot import LISTENED, NewestReadings
+from woosh_pure.web.snapshot import LISTENED, NewestReadings, pose_part
 
 if TYPE_CHECKING:
     from woosh_pure.sim import SimulatedChassis
@@ -198,6 +201,34 @@ class Robot:
         state = {True: "stands still", False: "STILL MOVES", None: "not known"}[report.standing]
         self.journal.end(entry, state, str(report))
         return report
+
+    def begin_goal(self, body: models.GoalRequest, who: str, *, noted: bool = True) -> Goal:
+        """Start a goal as a client describes it. To a mark that only this server's list has, it is a drive to
+        the pose.
+
+        Args:
+            body: The goal.
+            who: The client's name.
+            noted: Whether the journal gets an entry for it.
+
+        Raises:
+            RosError, ValueError, Problem: See `GoalManager.begin`.
+        """
+        mark = self.find_mark(body.mark) if isinstance(body, models.AtMark) else None
+        key = body.direction if isinstance(body, models.CarryGoal) else body.kind
+        what = command(key, **body.model_dump(exclude={"kind", "direction", "timeout", "replace"}))
+        pose, place = self.feed("pose").known, None if mark is None else mark.pose
+        verb: Callable[[], models.MotionHandle] = partial(body.start, self.chassis)
+        if mark is not None and place is not None and not mark.on_chassis:
+            if not isinstance(body, models.MarkGoal):
+                text = "{name} is a place of this list; the chassis itself must know a mark to {kind} there"
+                raise Problem(409, text, "mark", name=mark.name, kind=body.kind)
+            verb = partial(self.chassis.go_to, place.x, place.y, place.yaw, **body.options)
+        if isinstance(body, models.PoseGoal):
+            place = Pose2D(body.x, body.y)
+        start, target = (None if one is None else pose_part(one) for one in (pose and pose.value, place))
+        target = target and {"x": target["x"], "y": target["y"]}
+        return self.goals.begin(body.kind, who, what, verb, start=start, target=target, noted=noted)
 
     def close(self, why: str) -> None:
         """End driving and recordings at once. The Chassis stays open."""

@@ -17,7 +17,6 @@ from fastapi.responses import FileResponse
 from pydantic import BaseModel
 from starlette.concurrency import run_in_threadpool
 
-from woosh_pure.maps.marks import UserMark
 from woosh_pure.web import models
 from woosh_pure.web.access import Client
 from woosh_pure.web.api.dependencies import (
@@ -36,7 +35,7 @@ from woosh_pure.web.goals import Goal, command
 from woosh_pure.web.http_errors import Problem, worded
 from woosh_pure.web.recordings import Recording
 from woosh_pure.web.robot import Robot
-from woosh_pure.web.snapshot import lease_part, pose_part
+from woosh_pure.web.snapshot import lease_part
 
 # -- goals: POST and GET; waiting for, cancelling, deleting, pausing and resuming one ------------------------
 
@@ -90,36 +89,7 @@ def answered_once(
 
 def _begin(robot: Robot, client: Client, body: models.GoalRequest) -> dict[str, object]:
     robot.require_lease(client)
-    mark = robot.find_mark(body.mark) if isinstance(body, models.AtMark) else None
-    key = body.direction if isinstance(body, models.CarryGoal) else body.kind
-    what = command(key, **body.model_dump(exclude={"kind", "direction", "timeout", "replace"}))
-    pose = robot.feed("pose").known
-    return robot.goals.begin(
-        body.kind,
-        client.name,
-        what,
-        _verb(robot, body, mark),
-        start=None if pose is None else pose_part(pose.value),
-        target=_target(body, mark),
-    ).as_json()
-
-
-def _verb(robot: Robot, body: models.GoalRequest, mark: UserMark | None) -> Callable[[], models.MotionHandle]:
-    """Return what starts the goal; to a mark that only this server's list has, a drive to its pose."""
-    if mark is None or mark.on_chassis or mark.pose is None:
-        return partial(body.start, robot.chassis)
-    if not isinstance(body, models.MarkGoal):
-        text = "{name} is a place of this list; the chassis itself must know a mark to {kind} there"
-        raise Problem(409, text, "mark", name=mark.name, kind=body.kind)
-    return partial(robot.chassis.go_to, mark.pose.x, mark.pose.y, mark.pose.yaw, **body.options)
-
-
-def _target(body: models.GoalRequest, mark: UserMark | None) -> dict[str, float] | None:
-    """Return the goal's target in the map; None if not known."""
-    if isinstance(body, models.PoseGoal):
-        return {"x": body.x, "y": body.y}
-    place = None if mark is None or mark.pose is None else pose_part(mark.pose)
-    return place and {"x": place["x"], "y": place["y"]}
+    return robot.begin_goal(body, client.name).as_json()
 
 
 @goals.get("/goals", response_model=list[models.Goal])
