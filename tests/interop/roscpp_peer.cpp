@@ -4,6 +4,7 @@
 #include <actionlib/client/simple_action_client.h>
 #include <actionlib/TestAction.h>
 #include <actionlib/server/simple_action_server.h>
+#include <geometry_msgs/Pose2D.h>
 #include <geometry_msgs/Twist.h>
 #include <ros/ros.h>
 #include <sensor_msgs/Image.h>
@@ -13,6 +14,7 @@
 #include <std_srvs/Empty.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
+#include <woosh_msgs/MoveBaseAction.h>
 #include <woosh_msgs/RobotStatus.h>
 #include <woosh_msgs/StepControlAction.h>
 
@@ -71,6 +73,57 @@ static int action_client(char **) {
     client.cancelGoal();
     if (!client.waitForResult(ros::Duration(60))) { puts("no result"); return 1; }
     printf("%s %s\n", client.getState().toString().c_str(), client.getState().getText().c_str());
+    return 0;
+}
+
+// A robot with an actionlib server for /move_base: it drives along x at 0.5 m/s, until it is there or preempted.
+struct Mover {
+    typedef actionlib::SimpleActionServer<woosh_msgs::MoveBaseAction> Server;
+    ros::Publisher pose, velocity;
+    boost::mutex lock;
+    double x = 0.0, speed = 0.0;
+    Server server;
+
+    Mover(ros::NodeHandle handle) : server(handle, "move_base", boost::bind(&Mover::go, this, boost::placeholders::_1), false) {
+        pose = handle.advertise<geometry_msgs::Pose2D>("movebase_pose2d", 10);
+        velocity = handle.advertise<geometry_msgs::Twist>("odom_twist", 10);
+        server.start();
+    }
+    void go(const woosh_msgs::MoveBaseGoalConstPtr &goal) {
+        say("goal");
+        bool there = false, preempted = false;
+        while (ros::ok() && !there && !preempted) {
+            boost::mutex::scoped_lock locked(lock);
+            there = x >= goal->target_pose.pose.position.x;
+            preempted = server.isPreemptRequested();
+            speed = there || preempted ? 0.0 : 0.5;
+            x += speed * 0.02;
+            locked.unlock();
+            ros::Duration(0.02).sleep();
+        }
+        say(preempted ? "preempted" : "arrived");
+        if (preempted) server.setPreempted(); else server.setSucceeded();
+    }
+    void tell() {
+        geometry_msgs::Pose2D place;
+        geometry_msgs::Twist measured;
+        { boost::mutex::scoped_lock locked(lock); place.x = x; measured.linear.x = speed; }
+        pose.publish(place);
+        velocity.publish(measured);
+    }
+};
+
+static int robot(char **) {
+    ros::NodeHandle handle;
+    ros::Publisher status = handle.advertise<woosh_msgs::RobotStatus>("robot_status", 10, true);
+    woosh_msgs::RobotStatus idle;
+    idle.task_id = 1; idle.task_state = 7; idle.robot_state = 4; idle.robot_mode = 1; idle.work_mode = 2;
+    status.publish(idle);
+    Mover mover(handle);
+    ros::AsyncSpinner spinner(1);
+    spinner.start();
+    say("up");
+    for (ros::Rate rate(20); ros::ok(); rate.sleep()) mover.tell();
     return 0;
 }
 
@@ -249,6 +302,7 @@ int main(int argc, char **argv) {
     std::map<std::string, Role> roles = {
         {"action_server", {action_server, ros::init_options::NoRosout}},
         {"action_client", {action_client, ros::init_options::NoRosout}},
+        {"robot", {robot, ros::init_options::NoRosout}},
         {"action_holders", {action_holders, ros::init_options::NoRosout}},
         {"service_server", {service_server, 0}},
         {"service_client", {service_client, 0}},

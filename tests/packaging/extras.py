@@ -33,7 +33,7 @@ OF_USERS = {
     "foxglove": ["rosproto foxglove --port 0 => ws://"],
     "api": ["woosh sim --port 0 --robot-api 0 => ws://"],
     "web": ["woosh web --port 0 --no-browser => http://"],
-    "mcp": ["woosh mcp < /dev/null"],
+    "mcp": ["woosh mcp < /dev/null", "woosh mcp --http 0 => http://"],
     "missions": ["woosh mission check {examples}/missions/round.mission.toml"],
     "fleet": ["woosh vda5050 --broker mqtt://127.0.0.1:9 --manufacturer m --serial s => cannot be reached"],
 }

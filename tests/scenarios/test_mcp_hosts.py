@@ -27,9 +27,8 @@ from mcp.client.stdio import StdioServerParameters  # noqa: E402
 from mcp_types import ElicitResult  # noqa: E402
 
 from woosh_pure.mcp import Limits, robots  # noqa: E402
-from woosh_pure.mcp.door import alone, mount  # noqa: E402
+from woosh_pure.mcp.door import Door, alone, mount  # noqa: E402
 from woosh_pure.web.access import AccessRules  # noqa: E402
-from woosh_pure.web.context import WebContext  # noqa: E402
 from woosh_pure.web.server import WebServer  # noqa: E402
 
 BOTH = pytest.mark.parametrize("mode", ["auto", "legacy"])
@@ -74,10 +73,8 @@ def command(sim: SimulatedChassis, *options: str) -> list[str]:
 @contextmanager
 def serving(chassis: Chassis, token: str | None = None) -> Iterator[str]:
     """The HTTP server of `woosh mcp --http`; its URL."""
-    context = WebContext(
-        robots({"robot": chassis}), AccessRules(token, (), ["127.0.0.1"]), allow_driving=False, max_viewers=1
-    )
-    mount(app := alone(context), Limits(), allow_motion=True, confirm="always")
+    made = Door(robots({"robot": chassis}), Limits(), allow_motion=True, confirm="always")
+    app = alone(made, AccessRules(token, (), ["127.0.0.1"]))
     with WebServer(app, port=0) as server:
         yield f"{server.url}mcp"
 

@@ -6,7 +6,7 @@ import asyncio
 import inspect
 import typing
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from anyio.to_thread import run_sync
 from mcp.server import MCPServer
@@ -33,12 +33,12 @@ from woosh_pure.mcp.motion import (
     asks,
     client_refusal,
 )
+from woosh_pure.web.access import AccessRules
+from woosh_pure.web.context import WebContext
 from woosh_pure.web.goals import NOT_NOTED, Command
 from woosh_pure.web.http_errors import problem_of
+from woosh_pure.web.middleware import SecurityMiddleware
 from woosh_pure.web.robot import Robot
-
-if TYPE_CHECKING:
-    from woosh_pure.web.context import WebContext
 
 Function = Callable[..., Any]
 READS = ToolAnnotations(read_only_hint=True, idempotent_hint=True, open_world_hint=False)
@@ -206,11 +206,9 @@ def mount(app: Starlette, limits: Limits, *, allow_motion: bool, confirm: Confir
     app.router.routes.insert(0, Route("/mcp", HttpDoor(door.mcp)))
 
 
-def alone(context: WebContext) -> Starlette:
-    """An application with the guard of the web server and nothing behind it, for `mount`."""
-    from woosh_pure.web.middleware import SecurityMiddleware
-
-    app = Starlette()
-    app.state.context = context
-    app.add_middleware(SecurityMiddleware, context=context)
+def alone(door: Door, access: AccessRules) -> Starlette:
+    """An application with `/mcp` behind the guard of the web server, and nothing else."""
+    app = Starlette(routes=[Route("/mcp", HttpDoor(door.mcp))])
+    app.state.context = WebContext(door.robots, access, allow_driving=False, max_viewers=1)
+    app.add_middleware(SecurityMiddleware, context=app.state.context)
     return app

@@ -9,11 +9,13 @@ import ssl
 import threading
 import time
 from collections.abc import Coroutine
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rosproto.admission import ConnectionSlots
+from rosproto.aio import BudgetedProtocol, ReadBudget
 from rosproto.errors import ConnectionLost
 from rosproto.logs import PeerLog, get_logger
 from rosproto.sentence import say
@@ -59,13 +61,13 @@ class WebServer:
         tls_cert: str | Path | None = None,
         tls_key: str | Path | None = None,
     ) -> None:
-        from woosh_pure.web.optional_libraries import require
-
-        require()
         import uvicorn
 
-        from rosproto.aio import ReadBudget
-        from woosh_pure.web.websocket_protocol import LimitedWebSocketProtocol, budgeted
+        ws: Any = "none"  # without the library, as for `woosh mcp --http`; `web.app` has checked for it
+        with suppress(ImportError):
+            from woosh_pure.web.websocket_protocol import LimitedWebSocketProtocol
+
+            ws = LimitedWebSocketProtocol
 
         self.app = app
         app.state.context.access.require_token_at(bind)
@@ -81,8 +83,8 @@ class WebServer:
         self.url = make_uri(shown, self.port, self.scheme)
         config = uvicorn.Config(
             app,
-            http=budgeted(ReadBudget(_log_flood, share=0.25)),
-            ws=LimitedWebSocketProtocol,
+            http=_budgeted(ReadBudget(_log_flood, share=0.25)),
+            ws=ws,
             lifespan="off",
             log_level="warning",
             access_log=False,
@@ -181,6 +183,17 @@ def listen_at(bind: str, port: int, slots: ConnectionSlots) -> Listener:
                 advice=say(advice),
             ),
         ) from error
+
+
+def _budgeted(budget: ReadBudget) -> type[asyncio.Protocol]:
+    """uvicorn's protocol for HTTP within a budget; it gives its transport to the WebSocket protocol."""
+    from uvicorn.protocols.http.h11_impl import H11Protocol
+
+    class Http(BudgetedProtocol):
+        def __init__(self, **given: Any) -> None:
+            super().__init__(budget, H11Protocol(**given))
+
+    return Http
 
 
 def _log_flood(transport: asyncio.BaseTransport) -> None:

@@ -1,4 +1,4 @@
-"""uvicorn's protocols within a budget of the loop's time, and a limit on the frames of a WebSocket message.
+"""uvicorn's protocol for WebSockets, with a limit on the frames of a message.
 
 uvicorn limits the bytes of a message (`ws_max_size`), but it keeps a list of the frames, and empty
 continuation frames have no bytes. This module imports uvicorn; `server` imports it when a server is made.
@@ -6,13 +6,9 @@ continuation frames have no bytes. This module imports uvicorn; `server` imports
 
 from __future__ import annotations
 
-import asyncio
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
-
-from rosproto.aio import BudgetedProtocol, ReadBudget
 
 if TYPE_CHECKING:
     from websockets.frames import Frame
@@ -20,16 +16,6 @@ if TYPE_CHECKING:
 
 MAX_FRAMES = 64
 """Of one message of 4096 letters. A browser sends one."""
-
-
-def budgeted(budget: ReadBudget) -> type[asyncio.Protocol]:
-    """uvicorn's protocol for HTTP within a budget; it gives its transport to the WebSocket protocol."""
-
-    class Http(BudgetedProtocol):
-        def __init__(self, **given: Any) -> None:
-            super().__init__(budget, H11Protocol(**given))
-
-    return Http
 
 
 class LimitedWebSocketProtocol(WebSocketsSansIOProtocol):
