@@ -254,9 +254,10 @@ class Motion:
 
     def _stop(self) -> None:
         self._call.end()
-        with self._beginning:  # a mission that is just beginning ends, too
-            if self._ride is not None and self._wanted.end:
-                self._wanted.end()
+        if self._wanted.end:
+            with self._beginning:  # a mission that is just beginning ends, too
+                if self._ride is not None:
+                    self._wanted.end()
 
     async def _watch(self, ride: Ride, ctx: Context[Any, Any]) -> str:
         """Wait for the end of a motion; why it must end before, "" if it has ended."""

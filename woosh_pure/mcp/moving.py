@@ -114,7 +114,7 @@ def _add_to_marks(door: Door, limits: Limits) -> None:
         known = robot.find_mark(mark) or next(told, None)
         body = goal(mark=known.name if known else mark, timeout=limits.max_seconds)
         missing = "no mark of that name is known" if limits.only_marks and not known else ""
-        return _goal(robot, body, lambda here: known and known.pose, check=missing)
+        return _goal(robot, body, lambda here: known.pose if known else None, check=missing)
 
     @door.tool(MOVES, "Let the robot drive to the mark {mark}?")
     def go_to_mark(robot: Robot, mark: Text) -> Wanted:

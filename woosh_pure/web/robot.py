@@ -217,7 +217,7 @@ class Robot:
         mark = self.find_mark(body.mark) if isinstance(body, models.AtMark) else None
         key = body.direction if isinstance(body, models.CarryGoal) else body.kind
         what = command(key, **body.model_dump(exclude={"kind", "direction", "timeout", "replace"}))
-        pose, place = self.feed("pose").known, None if mark is None else mark.pose
+        reading, place = self.feed("pose").known, None if mark is None else mark.pose
         verb: Callable[[], models.MotionHandle] = partial(body.start, self.chassis)
         if mark is not None and place is not None and not mark.on_chassis:
             if not isinstance(body, models.MarkGoal):
@@ -226,7 +226,8 @@ class Robot:
             verb = partial(self.chassis.go_to, place.x, place.y, place.yaw, **body.options)
         if isinstance(body, models.PoseGoal):
             place = Pose2D(body.x, body.y)
-        start, target = (None if one is None else pose_part(one) for one in (pose and pose.value, place))
+        start = None if reading is None else pose_part(reading.value)
+        target = None if place is None else pose_part(place)
         target = target and {"x": target["x"], "y": target["y"]}
         return self.goals.begin(body.kind, who, what, verb, start=start, target=target, noted=noted)
 

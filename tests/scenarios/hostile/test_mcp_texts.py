@@ -173,8 +173,11 @@ WRONG: tuple[Any, ...] = (
 
 
 @pytest.mark.promise("An argument that makes no sense moves nothing")
-def test_arguments_that_make_no_sense(sim: SimulatedChassis, home: Path) -> None:
-    """Wrong types, numbers that are none, long texts, unknown names, paths: an answer in words, and nothing moves."""
+def test_arguments_that_make_no_sense(
+    sim: SimulatedChassis, home: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Wrong types, numbers that are none, long texts, unknown names, paths, no arguments at all: an answer in words, no
+    traceback in the log, and nothing moves."""
     chance = random.Random(45)
     with Chassis(sim.master_uri, robot_api=False) as chassis:
         made = server(chassis, allow_motion=True, confirm="never", recordings=home)
@@ -186,6 +189,8 @@ def test_arguments_that_make_no_sense(sim: SimulatedChassis, home: Path) -> None
         calls: list[tuple[str, dict[str, Any]]] = []
         for tool in asyncio.run(listed()):
             names = list(tool.input_schema.get("properties", ()))
+            if tool.input_schema.get("required"):
+                calls.append((tool.name, {}))
             calls.append((tool.name, {"unknown": 1, **{name: chance.choice(WRONG) for name in names}}))
             if "distance_m" in names:  # may be meant as a limit
                 calls.append((tool.name, {"distance_m": 0.5, "max_speed": 0.1}))
@@ -195,6 +200,7 @@ def test_arguments_that_make_no_sense(sim: SimulatedChassis, home: Path) -> None
         start = sim.pose
         results = called(made, *calls)
         assert not chassis.under_way
+    assert [record for record in caplog.records if record.exc_info] == []
     for (tool, arguments), result in zip(calls, results, strict=True):
         if isinstance(result, MCPError):
             continue
