@@ -238,6 +238,23 @@ def test_arguments_beyond_reason_and_a_robot_that_is_not_ready(
     run(work)
 
 
+def test_after_a_motion_that_failed_another_is_tried(sim: SimulatedChassis, chassis: Chassis) -> None:
+    """Something stands in the way, and is taken away: no person has to begin a motion in between."""
+
+    async def work() -> None:
+        async with client(door(chassis), Person()) as one:
+            for outcome in ("failed", "reached"):
+                if outcome == "failed":
+                    sim.add_obstacle(0.7, 0.0)
+                else:
+                    sim.remove_obstacles()
+                result = (await one.call_tool("move", {"distance_m": 0.5})).structured_content
+                assert result is not None
+                assert result["outcome"] == outcome, result
+
+    run(work)
+
+
 def test_only_marks_leaves_only_marks(chassis: Chassis) -> None:
     async def work() -> None:
         async with client(door(chassis, Limits(only_marks=True)), Person()) as one:

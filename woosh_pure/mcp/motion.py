@@ -27,6 +27,7 @@ from woosh_pure.mcp.limits import SPEED_SLACK, Limits
 from woosh_pure.missions import Phase
 from woosh_pure.outcome import OutcomeKind
 from woosh_pure.readings import known_path
+from woosh_pure.reasons import Readiness, ReasonKey
 from woosh_pure.web.http_errors import Problem, for_clients, problem_of
 
 if TYPE_CHECKING:
@@ -230,9 +231,11 @@ class Motion:
         robot, wanted = self._robot, self._wanted
         robot.require_connection()
         robot.listen()
-        readiness = robot.chassis.readiness()
-        if not readiness.ready:
-            return str(readiness)
+        reasons = robot.chassis.readiness().reasons
+        # After an earlier refusal or failure it may be asked again, as by the verbs: else nothing ends that.
+        now = Readiness(tuple(one for one in reasons if one.key != ReasonKey.REFUSED))
+        if not now.ready:
+            return str(now)
         try:
             robot.chassis.pose.wait(STALE_SECONDS, new=False)
         except RosError:
