@@ -149,7 +149,7 @@ def test_a_motion_is_asked_for_told_and_written_down(mode: str, chassis: Chassis
         assert chassis.lease.holder is None
         assert history is not None
         calls = [(one["what"], one["state"]) for one in history["items"]]
-        assert ("go_to_mark(mark=A1)", "reached") in calls
+        assert calls == [("go_to_mark(mark=A1)", "reached"), ("history(count=20)", "under way")]
 
     run(work)
 

@@ -83,7 +83,7 @@ def run(count: int, seed: int = 0, speed: float = 12.0) -> Goals:
             while not over.is_set():
                 pose = sim.pose
                 goals.outside = max(goals.outside, outside(pose.x, pose.y))
-                goals.farthest = max(goals.farthest, pose.distance_to(begun[0]))
+                goals.farthest = max(goals.farthest, *(pose.distance_to(start) for start in begun), 0.0)
                 time.sleep(0.002)
 
         async def send() -> None:
@@ -93,14 +93,14 @@ def run(count: int, seed: int = 0, speed: float = 12.0) -> Goals:
             async with Client(made) as client:
                 for _ in range(count):
                     tool, arguments = goal_of(chance, list(sim.marks))
-                    begun[0] = sim.pose
+                    begun[:] = [sim.pose]
                     result = await client.call_tool(tool, arguments)
                     outcome = str((result.structured_content or {}).get("outcome", "error"))
                     goals.outcomes[outcome] += 1
                     if outcome == "failed":  # against a wall: its bumper keeps it from moving
+                        begun.clear()  # it is put back, which is no drive
                         sim.reset()
                         chassis.pose.wait(5.0)
-                        begun[0] = sim.pose
                     target = sim.marks.get(str(arguments.get("mark")))
                     place = (target.x, target.y) if target else (arguments.get("x_m"), arguments.get("y_m"))
                     if place[0] is not None and outside(*place) > 0.0 and outcome != "refused":

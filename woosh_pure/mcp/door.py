@@ -101,6 +101,8 @@ class Door:
                         motion = Motion(one, result, self.limits, self._moving)
                         word, said = await motion.go(ctx, why)
                         result = motion.moved(word, said)
+                    else:
+                        said = getattr(result, "sentence", "")
                 except Exception as error:
                     word, said = "failed", problem_of(error).text  # details of an unexpected one: in the log
                     raise ToolError(texts.data(shown(said), 1000)) from None
