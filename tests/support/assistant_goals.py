@@ -97,7 +97,8 @@ def run(count: int, seed: int = 0, speed: float = 12.0) -> Goals:
                     result = await client.call_tool(tool, arguments)
                     outcome = str((result.structured_content or {}).get("outcome", "error"))
                     goals.outcomes[outcome] += 1
-                    if outcome == "failed":  # against a wall: its bumper keeps it from moving
+                    # Against a wall its bumper keeps it from moving; outside, nothing leads it back in.
+                    if outcome == "failed" or outside(sim.pose.x, sim.pose.y) > 0.0:
                         begun.clear()  # it is put back, which is no drive
                         sim.reset()
                         chassis.pose.wait(5.0)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from argparse import ArgumentParser, Namespace
-from concurrent.futures import wait
+from collections.abc import Callable
+from concurrent.futures import Future, wait
 from contextlib import ExitStack
 from pathlib import Path
 
 from rosproto.cli import add_token, host, port, token_of
-from rosproto.worker_pool import WorkerPool
 from woosh_pure.cli.arguments import add_limits, add_watchdog, limits_of, marks_here
 from woosh_pure.cli.connection import watchdog_of
 from woosh_pure.cli.output import Output
@@ -52,11 +53,7 @@ def run_mcp(args: Namespace, out: Output) -> None:
         robots = mcp.robots(chassis, marks_here(args).values(), args.recordings)
         door = Door(robots, limits, allow_motion=args.mcp_allow_motion, confirm=args.mcp_confirm)
         if args.http is None:
-            # A daemon, so that its read of stdin does not keep this process from ending.
-            ended = WorkerPool("woosh:mcp", 1, daemon=True).add(door.mcp.run)
-            while not wait([ended], SLICE).done:
-                pass
-            ended.result()
+            _serve(door.mcp.run)
             return
         app = alone(door, AccessRules(token, (), [args.bind]))
         with WebServer(app, bind=args.bind, port=args.http) as serving:
@@ -64,3 +61,19 @@ def run_mcp(args: Namespace, out: Output) -> None:
             out.record({"url": f"{serving.url}mcp", "port": serving.port})
             while serving.running:
                 time.sleep(0.1)
+
+
+def _serve(run: Callable[[], None]) -> None:
+    """Serve in a daemon thread, so that its read of stdin does not keep a process from ending."""
+    ended: Future[None] = Future()
+
+    def work() -> None:
+        try:
+            ended.set_result(run())
+        except BaseException as error:
+            ended.set_exception(error)
+
+    threading.Thread(target=work, name="woosh:mcp", daemon=True).start()
+    while not wait([ended], SLICE).done:
+        pass
+    ended.result()
