@@ -69,9 +69,11 @@ def _serve(run: Callable[[], None]) -> None:
 
     def work() -> None:
         try:
-            ended.set_result(run())
+            run()
         except BaseException as error:
             ended.set_exception(error)
+        else:
+            ended.set_result(None)
 
     threading.Thread(target=work, name="woosh:mcp", daemon=True).start()
     while not wait([ended], SLICE).done:
