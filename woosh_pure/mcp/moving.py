@@ -95,17 +95,9 @@ def add(door: Door, *, motion: bool) -> None:
             _add_free(door, door.limits)
 
 
-def _goal(
-    robot: Robot,
-    body: models.GoalRequest,
-    target: Callable[[Pose2D], Pose2D | None],
-    *,
-    straight: bool = False,
-    check: str = "",
-) -> Wanted:
-    """A goal of the chassis."""
-    begin = partial(robot.begin_goal, body, OWNER, noted=False)  # the call has an entry in the journal
-    return Wanted(lambda: GoalRide(begin()), target, straight, lambda here: check)
+def _drive(robot: Robot, body: models.GoalRequest) -> GoalRide:
+    """Begin a goal of the chassis; the call has an entry in the journal already."""
+    return GoalRide(robot.begin_goal(body, OWNER, noted=False))
 
 
 def _add_to_marks(door: Door, limits: Limits) -> None:
@@ -114,7 +106,8 @@ def _add_to_marks(door: Door, limits: Limits) -> None:
         known = robot.find_mark(mark) or next(told, None)
         body = goal(mark=known.name if known else mark, timeout=limits.max_seconds)
         missing = "no mark of that name is known" if limits.only_marks and not known else ""
-        return _goal(robot, body, lambda here: known.pose if known else None, check=missing)
+        pose = known.pose if known else None
+        return Wanted(partial(_drive, robot, body), lambda here: pose, check=lambda here: missing)
 
     @door.tool(MOVES, "Let the robot drive to the mark {mark}?")
     def go_to_mark(robot: Robot, mark: Text) -> Wanted:
@@ -171,7 +164,7 @@ def _add_free(door: Door, limits: Limits) -> None:
         """Drive to a place in the map. Returns when the robot has arrived, or with the reason why not."""
         pose = Pose2D(x_m, y_m, math.radians(heading_deg))
         body = models.PoseGoal(kind="pose", x=x_m, y=y_m, yaw=pose.yaw, timeout=seconds)
-        return _goal(robot, body, lambda here: pose)
+        return Wanted(partial(_drive, robot, body), lambda here: pose)
 
     @door.tool(MOVES, "Let the robot drive {distance_m} m straight ahead (negative: back)?")
     def move(robot: Robot, distance_m: Distance, speed_m_per_s: Speed = 0.0) -> Wanted:
@@ -181,10 +174,12 @@ def _add_free(door: Door, limits: Limits) -> None:
             raise ValueError(words("at most {maximum:g} m/s are allowed", maximum=most))
         speed = speed_m_per_s or min(STEP_SPEED, most)
         body = models.MoveGoal(kind="move", distance=distance_m, speed=speed, timeout=seconds)
-        return _goal(robot, body, lambda here: here.transformed(distance_m, 0.0, 0.0), straight=True)
+        return Wanted(
+            partial(_drive, robot, body), lambda here: here.transformed(distance_m, 0.0, 0.0), straight=True
+        )
 
     @door.tool(MOVES, "Let the robot turn by {angle_deg} degrees (positive: to the left)?")
     def turn(robot: Robot, angle_deg: Degrees) -> Wanted:
         """Turn on the spot. Returns at its end."""
         body = models.RotateGoal(kind="rotate", angle=math.radians(angle_deg), timeout=seconds)
-        return _goal(robot, body, lambda here: here)
+        return Wanted(partial(_drive, robot, body), lambda here: here)
