@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, NamedTuple
 from rosproto.bag.bag_file import BagFile, Budget
 from rosproto.bag.compression import decompress, decompress_prefix
 from rosproto.bag.message_offsets import (
+    MESSAGE_HEAD,
     MessageLocation,
     MessageTable,
     locate_few,
     table_at_once,
     table_of,
+    table_of_heads,
     walk,
 )
 from rosproto.bag.records import (
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 
 
 _AT_ONCE = 4 << 20
+_MIN_READ = 4096  # bytes of a chunk for each wanted message, so that reading them one by one is faster
 _HEAD_BYTES = 512  # more than any record header that is not a connection's
 _MAX_HEADER_BYTES = 1 << 20
 
@@ -118,13 +121,10 @@ class ChunkData:
         """
         import numpy as np
 
-        # Offsets into the data by connection id, from the index records.
-        index = None if self.tail is None else _read_index(*self.tail, self.info)
+        index = None if self.tail is None else _indexed(*self.tail, self.info, wanted)
         if index is None:
             return self._walked(wanted)
-        chosen = {conn: o for conn, o in index.items() if wanted is None or conn in wanted}
-        offsets = np.concatenate([np.zeros(0, np.uint32), *chosen.values()])
-        conns = np.repeat(np.fromiter(chosen, np.uint32), [len(o) for o in chosen.values()])
+        offsets, conns = index
         rows = table_at_once(self.blob, self.base, self.end, offsets)
         if rows is None or not np.array_equal(rows.conn, conns):
             return self._walked(wanted)  # the index is wrong, or the messages differ in the order of fields
@@ -228,6 +228,66 @@ def read_chunk(
     return ChunkData(info, plain, 0, len(plain), complete, chunk.compression, source.records, index)
 
 
+class UnreadChunk(NamedTuple):
+    """An uncompressed chunk of which only the heads of the wanted messages have been read.
+
+    Attributes:
+        rows: The messages; their places are counted from the beginning of the chunk's data.
+        read: Returns a message, by its places.
+    """
+
+    rows: MessageTable
+    read: Callable[[int, int], bytes]
+
+
+def read_heads(source: BagFile, info: ChunkInfo, span: int, wanted: Collection[int]) -> UnreadChunk | None:
+    """Read the heads of a chunk's wanted messages; the arguments are those of `read_chunk`.
+
+    Returns:
+        None where `read_chunk` is to be used: messages are small, or the chunk is compressed or damaged.
+    """
+    try:
+        head = _chunk_head(source, info.pos)
+        chunk = ChunkHeader.from_fields(head.fields)
+        base, size = head.data_pos, chunk.size
+        count = sum(info.counts.get(conn, 0) for conn in wanted)
+        if chunk.compression != "none" or info.partial or not info.indexed or count * _MIN_READ > size:
+            return None
+        if head.data_size != size or base + size > source.size:
+            return None
+        rows = _rows_of_heads(source, info, base, size, info.pos + span, wanted)
+    except BagError:
+        return None
+    if rows is None:
+        return None
+
+    def read(start: int, end: int) -> bytes:
+        source.check_open()
+        data = source.read_at(base + start, end - start)
+        if len(data) < end - start:
+            raise source.error("the bag changed while it was read", info.pos)
+        return data
+
+    return UnreadChunk(rows, read)
+
+
+def _rows_of_heads(
+    source: BagFile, info: ChunkInfo, base: int, size: int, behind: int, wanted: Collection[int]
+) -> MessageTable | None:
+    """The wanted messages of the chunk data at `base`, and its index, up to `behind`; None if it is wrong."""
+    import numpy as np
+
+    index = _indexed(source.read_at(base + size, min(behind - base - size, _AT_ONCE)), 0, info, wanted)
+    if index is None or not len(index[0]):
+        return None
+    offsets = index[0].astype(np.int64)
+    raw = b"".join([source.read_at(base + offset, MESSAGE_HEAD) for offset in offsets.tolist()])
+    if int(offsets.max()) > size - MESSAGE_HEAD or len(raw) != MESSAGE_HEAD * len(offsets):
+        return None
+    rows = table_of_heads(np.frombuffer(raw, f"V{MESSAGE_HEAD}"), offsets, size)
+    return rows if rows is not None and np.array_equal(rows.conn, index[1]) else None
+
+
 def _chunk_head(source: BagFile, pos: int, begin: bytes = b"") -> RecordHead:
     head = read_head(source, pos, begin)
     if head.op != OP_CHUNK:
@@ -293,6 +353,20 @@ def _read_index(raw: bytes, start: int, info: ChunkInfo) -> dict[int, NDArray[np
     }:
         return None
     return index
+
+
+def _indexed(
+    raw: bytes, start: int, info: ChunkInfo, wanted: Collection[int] | None
+) -> tuple[NDArray[np.uint32], NDArray[np.uint32]] | None:
+    """Offset and connection id of each wanted message, from the index records at `start`; None as above."""
+    import numpy as np
+
+    index = _read_index(raw, start, info)
+    if index is None:
+        return None
+    chosen = {conn: o for conn, o in index.items() if wanted is None or conn in wanted}
+    conns = np.repeat(np.fromiter(chosen, np.uint32), [len(o) for o in chosen.values()])
+    return np.concatenate([np.zeros(0, np.uint32), *chosen.values()]), conns
 
 
 def _index_records(raw: bytes, at: int) -> Iterator[tuple[dict[str, bytes], int]]:

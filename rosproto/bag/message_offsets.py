@@ -195,7 +195,13 @@ def table_at_once(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]
         return None
     # A window at every byte (stride 1): a head may begin anywhere.
     windows = np.ndarray((places,), _HEAD_TYPE, blob, base, (1,))
-    heads = windows[where]
+    return table_of_heads(windows[where], where + base, end)
+
+
+def table_of_heads(heads: NDArray[np.void], where: NDArray[np.int64], end: int) -> MessageTable | None:
+    """The rows of message heads, each of MESSAGE_HEAD bytes, that were at these places; None as above."""
+    import numpy as np
+
     layout = _layout(heads[0].tobytes())
     if layout is None:
         return None
@@ -204,7 +210,7 @@ def table_at_once(blob: bytes, base: int, end: int, offsets: NDArray[np.integer]
     if ((plain ^ plain[0]) & constant).any():
         return None
     fields = heads.view(dtype)
-    start = where + (base + MESSAGE_HEAD)
+    start = where + MESSAGE_HEAD
     stop = start + fields["size"]
     if int(stop.max()) > end:
         return None

@@ -10,14 +10,24 @@ from itertools import count
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
+from rosproto.bag import time_order
 from rosproto.bag.bag_file import BagFile, BagLimits, Scanning, Unreachable, system_errors
-from rosproto.bag.chunk import ChunkData, chunk_header, read_chunk, read_index_times
+from rosproto.bag.chunk import ChunkData, UnreadChunk, chunk_header, read_chunk, read_heads, read_index_times
 from rosproto.bag.index_section import open_index
 from rosproto.bag.inputs import Stamp, to_ns
 from rosproto.bag.message_offsets import MESSAGE_HEAD, MessageLocation, MessageTable
 from rosproto.bag.messages import Decoders, RawMessage, decoded_messages, message_class_of, raw_messages
 from rosproto.bag.records import NS, ChunkInfo, Connection, total_counts
-from rosproto.bag.time_order import Batch, ChunkMessages, Load, ReadAhead, merged, overlapping, runs_of
+from rosproto.bag.time_order import (
+    Batch,
+    ChunkMessages,
+    Load,
+    ReadAhead,
+    merged,
+    most_open,
+    overlapping,
+    runs_of,
+)
 from rosproto.codec import Message
 from rosproto.errors import BagError
 from rosproto.sentence import say
@@ -455,7 +465,19 @@ class BagReader:
             again, place = ReadAhead(self._read_chunk, chosen, self._spans, beside=ahead), count()
             return lambda number: load(number, again, next(place))
 
-        return merged(order, numbers, load, lambda data: self._select(data, wanted, low, high), load_again)
+        def unread(number: int) -> UnreadChunk | None:
+            self._source.check_open()
+            info = order[number]
+            found = read_heads(self._source, info, self._spans[info.pos], wanted) if many else None
+            return found and found._replace(rows=found.rows.between(low, high))
+
+        def select(data: ChunkData) -> MessageTable | None:
+            return self._select(data, wanted, low, high)
+
+        # Chunks that fit into memory are read whole, and so are those of which each read is a round trip.
+        overlap = most_open([order[number] for number in numbers], self._spans)
+        many = overlap > time_order.BUDGET_BYTES and not self._source.far
+        return merged(order, numbers, load, select, load_again, unread)
 
     def _chunks_of(self, wanted: Collection[int], low: int | None, high: int | None) -> list[ChunkInfo]:
         """Chunks that have wanted messages, by start time."""

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import io
+from unittest import mock
 
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosproto.bag import BagReader, BagWriter, Connection
+from rosproto.bag import BagReader, BagWriter, Connection, time_order
+from rosproto.bag.bag_file import BagFile
+from rosproto.bag.chunk import read_head
 from rosproto.codec import encode, message_class
 from rosproto.time import Time
 
@@ -117,3 +120,42 @@ def test_raw_bytes_and_definitions_pass_through_unchanged(rows, compression):
     )
     assert found == sorted((data, definition, *as_read(s)) for data, definition, s in rows)
     assert all(c.callerid == "/p" for c in bag.connections.values())
+
+
+sizes = st.integers(0, 60) | st.integers(4000, 9000)
+pictures = st.builds(lambda size: String(data="x" * size), sizes)
+shuffled = st.lists(st.tuples(st.sampled_from(["/a", "/b"]), pictures, stamps), min_size=5, max_size=60)
+budgets = st.integers(1, 3000) | st.integers(3000, 200_000)
+
+
+@quick
+@given(
+    shuffled,
+    st.sampled_from(["none", "none", "lz4", "bz2"]),
+    st.integers(1, 60_000),
+    budgets,
+    st.sampled_from([None, "/a"]),
+    st.none() | stamps,
+    st.none() | st.sampled_from([0, 4, 8]),
+)
+def test_the_order_does_not_depend_on_the_memory(what, compression, chunk_bytes, budget, topic, start, lies):
+    data = bytearray(write(what, compression, chunk_bytes))
+    if lies is not None:  # the index of the first chunk: time or offset of a message
+        source = BagFile(io.BytesIO(data))
+        chunk = read_head(source, BagReader(source).chunks[0].pos)
+        data[read_head(source, chunk.data_pos + chunk.data_size).data_pos + lies] ^= 1
+    bag = BagReader(io.BytesIO(data))
+    order = {chunk.pos: n for n, chunk in enumerate(sorted(bag.chunks, key=lambda c: (c.start, c.pos)))}
+
+    def found():
+        return [(t, *raw, s) for t, raw, s in bag.read_messages(topic, start, raw=True)]
+
+    expected = found()
+    times = [(entry[-1].to_nsec(), order[entry[4][0]], entry[4][1]) for entry in expected]
+    assert times == sorted(times)
+    if start is None:
+        assert len(expected) == sum(topic in (None, t) for t, _, _ in what)
+    with mock.patch.object(time_order, "BUDGET_BYTES", budget):
+        assert found() == expected
+        decoded = [(t, encode(m), s) for t, m, s in bag.read_messages(topic, start)]
+    assert decoded == [(entry[0], entry[2], entry[-1]) for entry in expected]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from rosproto.bag import BagReader, BagWriter, Connection, reader, reindex, time_order
+from rosproto.bag.bag_file import BagFile
 from rosproto.bag.records import MAGIC, FileHeader, encode_fields
 from rosproto.codec import define, encode, message_class
 from rosproto.errors import BagError
@@ -127,11 +128,11 @@ def test_chunks_that_are_still_in_memory_are_not_read_again(monkeypatch):
         return real(source, info, *given, **more)
 
     monkeypatch.setattr(reader, "read_chunk", read_chunk)
-    monkeypatch.setattr(time_order, "BUDGET_BYTES", 150_000)
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 100_000)
     bag = read(made)
     assert plain(bag.read_messages(raw=True)) == expected
     size = sum(len(data) for _, data, _ in expected)
-    passes = -(-(size + time_order.MESSAGE_BYTES * 2000) // 150_000)
+    passes = -(-(size + time_order.MESSAGE_BYTES * 2000) // 100_000)
     assert passes >= 3
     assert len(reads) <= len(bag.chunks) * (1 + passes / 2)
     assert any("bag reader" in name for name in threads)
@@ -187,6 +188,63 @@ def test_overlapping_chunks_larger_than_the_budget_are_read_once_for_as_many_mes
     taken = sum(len(message.data) + time_order.MESSAGE_BYTES for message in messages)
     assert len(bag.chunks) > 2
     assert len(reads) <= len(bag.chunks) * (taken / max(sizes) + 2)
+
+
+def test_messages_kept_of_chunks_that_do_not_fit_need_no_second_reading(monkeypatch):
+    """One topic of several in chunks that all overlap: what is wanted of them fits into memory."""
+    what = [(f"/{n % 8}", String(data=f"{n} " * 100), Time(n + 1)) for n in range(2000)]
+    made = bag_bytes([what[i * 97 % 2000] for i in range(2000)], "lz4", chunk_bytes=6000)
+    reads = []
+    real = reader.read_chunk
+    monkeypatch.setattr(reader, "read_chunk", lambda *args, **more: reads.append(args) or real(*args, **more))
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 200_000)
+    bag = read(made)
+    assert plain(bag.read_messages("/3", raw=True)) == encoded([entry for entry in what if entry[0] == "/3"])
+    assert len(reads) <= len(bag.chunks)
+
+
+def shuffled_pictures() -> tuple[list[tuple[str, String, Time]], bytes]:
+    """Messages of 5 kB in no order of time, uncompressed, and their bag."""
+    what = [("/a", String(data=f"{n} " * 1500), Time(n + 1)) for n in range(200)]
+    return what, bag_bytes([what[i * 97 % 200] for i in range(200)], chunk_bytes=40_000)
+
+
+@pytest.mark.parametrize("raw", [True, "view"])
+def test_large_messages_of_uncompressed_chunks_that_overlap_are_read_once(monkeypatch, raw):
+    what, made = shuffled_pictures()
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 100_000)
+    sizes = []
+    real = BagFile.read_at
+    bag = read(made)
+    monkeypatch.setattr(BagFile, "read_at", lambda *args: sizes.append(args[2]) or real(*args))
+    found = list(bag.read_messages(raw=raw))
+    assert plain(found) == encoded(what)
+    assert sum(sizes) < 1.1 * len(made)
+    assert [bag.message_from(m.position)[1].data for _, m, _ in found[:20]] == [
+        m.data for _, m, _ in found[:20]
+    ]
+
+
+def test_a_bag_that_is_cut_while_its_messages_are_read_one_by_one(monkeypatch):
+    _, made = shuffled_pictures()
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 100_000)
+    file = io.BytesIO(made)
+    messages = BagReader(file).read_messages(raw=True)
+    next(messages)
+    file.truncate(50_000)
+    with pytest.raises(BagError, match=r"changed|cannot be read"):
+        list(messages)
+
+
+def test_a_bag_that_is_closed_while_its_messages_are_read_one_by_one(monkeypatch, tmp_path):
+    what, made = shuffled_pictures()
+    monkeypatch.setattr(time_order, "BUDGET_BYTES", 100_000)
+    (tmp_path / "a.bag").write_bytes(made)
+    with BagReader(tmp_path / "a.bag") as bag:
+        messages = bag.read_messages(raw=True)
+        assert next(messages)[1].data == encoded(what)[0][1]
+    with pytest.raises(BagError, match="closed"):
+        list(messages)
 
 
 def test_equal_times_keep_the_order_of_the_file():
