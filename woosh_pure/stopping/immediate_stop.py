@@ -83,13 +83,17 @@ class ImmediateStop:
         self._look = look
         self._asked: queue.SimpleQueue[StopRequest | bool] = queue.SimpleQueue()
         self._started_in = 0  # of the process: a forked child has no such thread
+        self._ended = False
 
     def start(self) -> None:
-        """Start the thread if necessary. Call it before anything is sent that moves the robot.
+        """Start the thread if necessary, and none after `end`. Call it before anything is sent that moves the
+        robot.
 
         Raises:
             RuntimeError: No thread can be started.
         """
+        if self._ended:
+            return
         if not self.started:
             threading.Thread(target=self._work, name="woosh:immediate-stop", daemon=True).start()
             self._started_in = os.getpid()
@@ -98,7 +102,7 @@ class ImmediateStop:
     @property
     def started(self) -> bool:
         """Whether the thread runs in this process."""
-        return self._started_in == os.getpid()
+        return self._started_in == os.getpid() and not self._ended
 
     def ask(self, ending: StopRequest) -> StopRequest:
         """Ask the motions under way to end. Returns immediately."""
@@ -110,9 +114,8 @@ class ImmediateStop:
 
     def end(self) -> None:
         """End the thread; all motions must have ended."""
-        if self.started:
-            self._started_in = 0
-            self._asked.put(False)
+        self._ended = True
+        self._asked.put(False)
 
     def _work(self) -> None:
         chores_at, due = 0.0, False
@@ -127,6 +130,7 @@ class ImmediateStop:
                 self._again()
                 continue
             if asked is False:
+                self._asked.put(False)  # two callers may have started two threads
                 return
             if isinstance(asked, StopRequest):
                 self._first_round(asked)

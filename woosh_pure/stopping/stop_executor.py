@@ -154,28 +154,28 @@ class StopExecutor:
         self._jobs: queue.SimpleQueue[Job[Any] | None] = queue.SimpleQueue()
         self.put = self._jobs.put
         self._started_in = 0  # of the process: a forked child has none of these threads
+        self._ended = False
 
     @property
     def _started(self) -> bool:
-        return self._started_in == os.getpid()
+        return self._started_in == os.getpid() and not self._ended
 
     def start(self) -> None:
-        """Start the threads if necessary. Call it before anything is sent that moves the robot.
+        """Start the threads if necessary, and none after `end`. Call it before anything is sent that moves
+        the robot. Two callers at the same time may start more threads than one; all of them end.
 
         Raises:
             RuntimeError: No thread can be started.
         """
-        if not self._started:
+        if not self._started and not self._ended:
             for _ in range(_THREADS):
                 threading.Thread(target=_work, args=(self._jobs,), name="woosh:executor", daemon=True).start()
             self._started_in = os.getpid()
 
     def end(self) -> None:
         """End the threads; all motions must have ended."""
-        if self._started:
-            self._started_in = 0
-            for _ in range(_THREADS):
-                self.put(None)
+        self._ended = True
+        self.put(None)
 
     def do(self, work: Callable[[], R], seconds: float) -> R:
         """Run `work` and return its result. Ctrl-C does not interrupt it, and is raised afterwards.
@@ -223,3 +223,4 @@ def begin(job: Job[Any], name: str) -> None:
 def _work(jobs: queue.SimpleQueue[Job[Any] | None]) -> None:
     while (job := jobs.get()) is not None:
         begin(job, "woosh:stop")
+    jobs.put(None)  # for the other threads, also for one that starts only now
