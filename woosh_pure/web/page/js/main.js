@@ -55,8 +55,7 @@ const link = new LiveConnection(address, {
 // A browser does not always report why a WebSocket was refused. A REST call does, and opens the token dialog at 401.
 function closed(code) {
   if (code === 4409) rest.session = null; // another tab has this session
-  if (code === 4401) token.ask();
-  else if (!token.open) rest.call("GET", "status", null, { timeout: 3 }).catch(() => {});
+  if (!token.open) rest.call("GET", "status", null, { timeout: 3 }).catch(() => {});
 }
 
 // A new session: the server was restarted, or this page's session has expired.

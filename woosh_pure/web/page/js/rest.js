@@ -18,15 +18,17 @@ export class Rest {
     this.fetch = fetch;
     this.onToken = onToken;
     this.session = null;
+    this.logins = 0; // accepted ones
   }
 
   // The token becomes a cookie that no script can read. Null when it was accepted, else the reason.
   login(token) {
-    return this.call("POST", "login", { token }).then(() => null, (error) => error.message);
+    return this.call("POST", "login", { token }).then(() => (this.logins++, null), (error) => error.message);
   }
 
   async call(method, path, body = null, { timeout = 10, session = true, headers: more = {} } = {}) {
     const headers = { "Accept-Language": current(), ...more };
+    const { logins } = this;
     if (this.session && session) headers["X-Woosh-Session"] = this.session;
     if (body !== null) headers["Content-Type"] = "application/json";
     const ending = new AbortController();
@@ -35,7 +37,7 @@ export class Rest {
       const answer = await this.fetch(this.base + path, {
         method, headers, body: body === null ? undefined : JSON.stringify(body), signal: ending.signal,
       });
-      if (!answer.ok) throw await this.refusal(answer);
+      if (!answer.ok) throw await this.refusal(answer, logins);
       return answer;
     } catch (error) {
       if (error instanceof Refused) throw error;
@@ -46,9 +48,10 @@ export class Rest {
     }
   }
 
-  async refusal(answer) {
+  // A call from before the last login says nothing about its token.
+  async refusal(answer, logins) {
     const problem = await answer.json().catch(() => ({}));
-    if (answer.status === 401 && !answer.url.endsWith("/login")) this.onToken();
+    if (answer.status === 401 && logins === this.logins && !answer.url.endsWith("/login")) this.onToken();
     return new Refused(refusalText(problem, answer.status), answer.status, problem);
   }
 
