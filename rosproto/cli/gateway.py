@@ -130,9 +130,9 @@ def _serve(
         open_node(arguments, name) as node,
         serving(kind, node, options, watchdog=watchdog) as server,
     ):
-        for line in announced(server, options, shown_token(arguments, options)):
-            print(line, flush=True)
         try:
+            for line in announced(server, options, shown_token(arguments, options)):
+                print(line, flush=True)
             until_interrupted(node, arguments.seconds)
         except KeyboardInterrupt:
             pass  # the normal end of this command

@@ -192,11 +192,11 @@ def _serve(
     args: Namespace, out: Output, server: GatewayServer, options: ServerOptions, lines: Sequence[str]
 ) -> None:
     """Print how to reach a server, and wait for the end."""
-    for line in lines:
-        out.line(line)
     token = shown_token(args, options)
-    out.result({"url": server.url, "token": token, "write": list(options["access"].write)})
     try:
+        for line in lines:
+            out.line(line)
+        out.result({"url": server.url, "token": token, "write": list(options["access"].write)})
         until_interrupted(server.node, args.seconds)
     except KeyboardInterrupt:
         pass  # the normal end of this command
