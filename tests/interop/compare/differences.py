@@ -627,7 +627,7 @@ DIFFERENCES: list[Difference] = [
         lambda case, theirs, ours: (
             case["words"][0] != ""
             and not {"--noarr", "--nostr"}.isdisjoint(case["words"])
-            and "length: " in theirs["out"]
+            and "length: " in theirs.get("out", "")
         ),
     ),
     Difference(
