@@ -196,8 +196,8 @@ class Fake:
             return {"missions": self.missions, "kinds": kinds, "common": plain(STEP_KEYS)}
 
         @app.get("/api/v1/status")
-        def status() -> dict[str, str]:
-            return {}
+        def status() -> JSONResponse:
+            return JSONResponse({}, 401 if self.needs_token else 200)
 
         @app.post("/api/v1/stop")
         async def stop(request: Request) -> Any:
