@@ -187,7 +187,7 @@ AREA = ((-1.0, -1.0), (1.5, -1.0), (1.5, 1.0), (-1.0, 1.0))
     ("limits", "tool", "arguments", "said"),
     [
         (Limits(area=AREA), "go_to_pose", {"x_m": 2.0, "y_m": 0.0}, "outside"),
-        (Limits(area=AREA), "go_to_mark", {"mark": "nowhere"}, "not known"),
+        (Limits(area=AREA), "go_to_mark", {"mark": "nowhere"}, "no mark of that name"),
         (Limits(area=AREA), "move", {"distance_m": 2.0}, "area"),
         (Limits(max_distance=1.0), "move", {"distance_m": -1.2}, "1.20 m"),
         (Limits(max_distance=1.0), "start_mission", {"mission": "drives"}, "no known mark"),
@@ -261,9 +261,20 @@ def test_only_marks_leaves_only_marks(chassis: Chassis) -> None:
             names = {tool.name for tool in (await one.list_tools()).tools}
             assert {"go_to_mark", "stop"} <= names
             assert not {"move", "turn", "go_to_pose"} & names
+
+    run(work)
+
+
+@pytest.mark.parametrize(
+    "limits", [Limits(only_marks=True), Limits(max_distance=50.0)], ids=["only", "place"]
+)
+def test_an_unknown_mark_is_refused_where_a_limit_needs_its_place(limits: Limits, chassis: Chassis) -> None:
+    async def work() -> None:
+        async with client(door(chassis, limits), Person()) as one:
             result = (await one.call_tool("go_to_mark", {"mark": "nowhere"})).structured_content
         assert result
         assert result["outcome"] == "refused"
+        assert "the tool 'marks' lists them" in result["sentence"]
         assert not chassis.moved
 
     run(work)

@@ -105,7 +105,8 @@ def _add_to_marks(door: Door, limits: Limits) -> None:
         told = (one for one in robot.all_marks() if texts.data(one.name, 200) == mark)
         known = robot.find_mark(mark) or next(told, None)
         body = goal(mark=known.name if known else mark, timeout=limits.max_seconds)
-        missing = "no mark of that name is known" if limits.only_marks and not known else ""
+        needed = limits.only_marks or limits.by_place
+        missing = "" if known or not needed else "no mark of that name is known; the tool 'marks' lists them"
         pose = known.pose if known else None
         return Wanted(partial(_drive, robot, body), lambda here: pose, check=lambda here: missing)
 
