@@ -30,7 +30,7 @@ class Page:
             found[:] = [said[1:] for said in map(json.loads, lines) if said[0] == first]
             return len(found) >= count
 
-        eventually(enough, 30, f"{first!r} was not said:\n{self._process.output}")
+        eventually(enough, 90, f"{first!r} was not said:\n{self._process.output}")
         return found
 
 
