@@ -72,10 +72,12 @@ def test_every_task_has_a_page_and_a_solution() -> None:
 
 def test_task_1_two_metres_forward_and_back(run: Callable[[str], list[str]], robot: Robot) -> None:
     seen: list[float] = []
+    before = robot.sim.world.body.distance
     with Chassis(robot.sim.master_uri) as chassis:
         chassis.pose.on(lambda pose: seen.append(pose.x))
         lines = run("task1_first_move")
-    assert max(seen) == pytest.approx(2.0, abs=0.1)
+    assert max(seen) > 1.5  # a busy computer misses the turning point
+    assert robot.sim.world.body.distance - before == pytest.approx(4.0, abs=0.2)
     assert stands_at(robot, 0.0, 0.0)
     assert lines[0] == "battery: 87 %"
     assert lines[1].startswith("back again")
