@@ -63,7 +63,7 @@ _read_json = JsonReader(max_values=10_000, nesting=24).one
 
 
 class _LastCall:
-    """A service that is called once, however often it is requested, unless the call failed.
+    """A service that is called until a call succeeds after the `seconds` of its `LastCall`.
 
     The request is encoded and the connection opened in advance, so that sending needs no wait. If the
     provider has closed the connection meanwhile, the service is called in the usual way.
@@ -76,6 +76,7 @@ class _LastCall:
         self._request = decode(kind._request_class, call.data)
         self._prepared: PreparedCall | None = self._client.prepare(self._request, CONNECT_SECONDS)
         self._busy = threading.Lock()
+        self._seconds, self._until = call.seconds, 0.0
         self.done = False
 
     @property
@@ -88,6 +89,7 @@ class _LastCall:
         """Call it; a thread waits for the response."""
         if self.done or not self._busy.acquire(blocking=False):
             return
+        self._until = self._until or time.monotonic() + self._seconds
         prepared, self._prepared = self._prepared, None
         sent = prepared if prepared is not None and prepared.send() else None
         work = partial(self._finish, sent)
@@ -99,7 +101,7 @@ class _LastCall:
                 sent.answer(CALL_SECONDS)
             else:
                 self._client.call(self._request, timeout=CALL_SECONDS)
-            self.done = True
+            self.done = time.monotonic() >= self._until
         except RosError:
             pass  # called again in the next round
         finally:
@@ -160,7 +162,7 @@ class RequestSender:
 
     Attributes:
         problem: Why it cannot be sent; always "", because it is not made then.
-        done: Whether the server has accepted it, or does something else.
+        done: Whether the server has accepted it after its `seconds`, or does something else.
     """
 
     def __init__(self, request: LastRequest) -> None:
@@ -168,6 +170,7 @@ class RequestSender:
         headers = {"Content-Type": "application/json", **request.headers}
         self._client = HttpClient(request.uri, limits=Limits(), headers=headers)
         self._turn = threading.Lock()
+        self._until = 0.0
         self.problem, self.done = "", False
         self._post(request.ask_path, "{}", CONNECT_SECONDS)
 
@@ -180,6 +183,7 @@ class RequestSender:
 
     def send(self) -> None:
         """Send it; a thread waits for the answer."""
+        self._until = self._until or time.monotonic() + self._request.seconds
         threading.Thread(target=self.perform, name="rosproto:last request", daemon=True).start()
 
     def perform(self) -> None:
@@ -193,7 +197,7 @@ class RequestSender:
                         self.done = True
                     else:
                         answer = self._post(self._request.path, self._request.body, seconds)
-                        self.done = answer.get("ok") is True
+                        self.done = answer.get("ok") is True and time.monotonic() >= self._until
                     return
                 except RosTimeout:
                     pass

@@ -81,11 +81,13 @@ class LastCall:
         service: Its name.
         type: "package/Type".
         data: The encoded request.
+        seconds: For so long it is called again and again, since what it ends may be followed by more.
     """
 
     service: str
     type: str
     data: bytes
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +101,7 @@ class LastRequest:
         only_if: A key of the body of its answer, and the value as text: with another one nothing is sent. It
             is sent if that cannot be asked. Empty: sent in any case, in each round.
         headers: Of HTTP.
+        seconds: For so long it is sent again and again, since what it ends may be followed by more.
     """
 
     uri: str
@@ -107,6 +110,7 @@ class LastRequest:
     ask_path: str
     only_if: tuple[str, ...] = ()
     headers: Mapping[str, str] = field(default_factory=dict)
+    seconds: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -85,6 +85,29 @@ def test_what_a_robot_begins_after_a_cancel_is_cancelled_too(robot: Robot) -> No
     assert sim.world.tasks.state is TaskState.CANCELLED
 
 
+@pytest.mark.slow
+def test_the_watchdog_of_a_killed_program_ends_a_task_list_that_goes_on(robot: Robot) -> None:
+    """Its first cancel may fall between two tasks."""
+    sim, _, address = robot
+    program = (
+        "import sys, time; from woosh_pure import Chassis\n"
+        "chassis = Chassis(sys.argv[1], robot_api=sys.argv[2], watchdog=True)\n"
+        "chassis.task_list('Round'); time.sleep(60)"
+    )
+    words = [sys.executable, "-c", program, sim.master_uri, address]
+    with subprocess.Popen(words, cwd=mission_kills.ROOT) as process:
+        try:
+            until(lambda: sim.world.tasks.busy, 60.0)
+            following = list(sim.world.tasks._following)
+        finally:
+            process.kill()
+    until(lambda: sim.world.tasks.state is TaskState.CANCELLED, 10.0)
+    with sim.lock:
+        assert sim.world.tasks.start_list(following) == ""
+    until(lambda: not sim.world.tasks.busy, 10.0)
+    assert sim.world.tasks.state is TaskState.CANCELLED
+
+
 def test_a_pause_holds_a_task_list(robot: Robot) -> None:
     """It goes on from there when it is resumed."""
     sim, chassis, _ = robot

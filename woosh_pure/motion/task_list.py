@@ -23,11 +23,12 @@ from woosh_pure.robot_api.api import RobotApi, requests_of
 from woosh_pure.robot_api.translate import ROBOT
 from woosh_pure.robot_api.values import TaskList
 from woosh_pure.stopping.stop_executor import Job
+from woosh_pure.stopping.watchdog_client import LIST_SECONDS
 from woosh_pure.values.state import RobotStatus
 
 _START_SECONDS, _CANCEL_SECONDS = 10.0, 2.0
 _ENDS_EARLY = (OutcomeKind.FAILED, OutcomeKind.CANCELLED, OutcomeKind.TIMED_OUT)
-_AFTER_SECONDS, _LOOK_SECONDS = 3.0, 0.2
+_LOOK_SECONDS = 0.2
 
 
 class ListTracker(TaskTracker):
@@ -103,7 +104,7 @@ class TaskListMotion(TaskMotion):
             threading.Thread(target=self._end_what_follows, name="woosh:task list", daemon=True).start()
 
     def _end_what_follows(self) -> None:
-        end = time.monotonic() + _AFTER_SECONDS
+        end = time.monotonic() + LIST_SECONDS
         while time.monotonic() < end:
             self._order_cancel()
             time.sleep(_LOOK_SECONDS)

@@ -13,8 +13,11 @@ from woosh_pure.robot_api.translate import ROBOT
 from woosh_pure.robot_api.wire import dump, path_of
 
 
-def last_request(api: ApiAddress, name: str, message: Any) -> LastRequest:
-    """The zero of a velocity topic, the cancel of a task or, without a message, that of an action."""
+def last_request(api: ApiAddress, name: str, message: Any, seconds: float) -> LastRequest:
+    """The zero of a velocity topic, the cancel of a task or, without a message, that of an action.
+
+    It is sent for so many seconds.
+    """
     type_name, values = cancel_of(name) if message is None else to_api(name, message)
     task = getattr(message, "task_id", 0)  # the order names no task: another one is spared, unless it is 0
     return LastRequest(
@@ -24,4 +27,5 @@ def last_request(api: ApiAddress, name: str, message: Any) -> LastRequest:
         path_of(ROBOT + "TaskProc"),
         () if not task else ("robotTaskId", str(task)),
         authorization(api),
+        seconds,
     )

@@ -16,6 +16,9 @@ from woosh_pure.enums import TaskCommand
 from woosh_pure.interface.table import row
 from woosh_pure.values.messages import message_type, service_type
 
+LIST_SECONDS = 3.0
+"""For so long after the cancel of a task list, what the robot begins is cancelled, too."""
+
 
 class WatchdogClient:
     """Registers motions when they begin and removes them when they end. Safe from any thread.
@@ -45,18 +48,20 @@ class WatchdogClient:
             self._begin(goal, action, None, messages=(_last(f"{action}/cancel", cancel),))
 
     def task(self, goal: Hashable, task_id: int) -> None:
-        """Register a task before it is sent; wait until the watchdog can cancel it."""
+        """Register a task before it is sent; wait until the watchdog can cancel it. 0: a task list."""
         if self._watchdog is not None and not self._leave:
             name = row("/exec_task").type
             request = service_type(name).Request(task_exect=int(TaskCommand.CANCEL), task_id=task_id)
-            self._begin(goal, "/exec_task", request, calls=(LastCall("/exec_task", name, encode(request)),))
+            seconds = 0.0 if task_id else LIST_SECONDS
+            last = LastCall("/exec_task", name, encode(request), seconds)
+            self._begin(goal, "/exec_task", request, seconds, calls=(last,))
 
-    def _begin(self, key: Hashable, name: str, message: Any, **what: Any) -> None:
+    def _begin(self, key: Hashable, name: str, message: Any, seconds: float = 0.0, **what: Any) -> None:
         assert self._watchdog is not None
         if (api := self._connection.robot_api) is not None:  # the master ends with this process
             from woosh_pure.robot_api.last_requests import last_request
 
-            what = {"requests": (last_request(api, name, message),)}
+            what = {"requests": (last_request(api, name, message, seconds),)}
         watch = self._watchdog.watch(self._connection.watched_node, **what)
         self._watches.setdefault(key, []).append(watch)
 

@@ -137,6 +137,23 @@ def test_the_last_message_is_stamped_when_it_is_sent_and_armed_with_other_data(
     assert heard[0].header.frame_id == "base_link"
 
 
+def test_a_service_that_is_to_be_called_for_a_while_is_called_again(robot: Node, pipe: Pipe) -> None:
+    """What it ended may be followed by more, as a task of a list by the next one."""
+    asked: list[float] = []
+
+    def answer(request: Any) -> dict[str, Any]:
+        asked.append(time.monotonic())
+        return {"success": False, "message": "there is nothing to end now"}
+
+    robot.service_server("/end", "std_srvs/Trigger", answer)
+    kind: Any = service_class("std_srvs/Trigger")
+    call = LastCall("/end", "std_srvs/Trigger", encode(kind._request_class()), 1.5)
+    pipe.prepare(prepared(robot, 1, calls=(call,)))
+    pipe.end()
+    assert asked[-1] - asked[0] >= 1.4
+    assert len(asked) >= 3
+
+
 @pytest.mark.promise("It sends only the messages it received before the motion")
 def test_what_was_dropped_is_off_the_graph_and_gets_nothing(robot: Node, pipe: Pipe) -> None:
     dropped, kept = heard_on(robot, "/dropped"), heard_on(robot, "/kept")
