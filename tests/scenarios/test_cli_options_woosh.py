@@ -234,7 +234,7 @@ RECORDING = [
          lambda r, p: list(p.folder.glob("e*.bag"))),
 ]  # fmt: skip
 ALONE = [
-    Case("demo --mission", has("Go on to the mark?", "demo: done")),
+    Case("demo --mission", has("Go on to the mark?", "nobody can answer", "demo: done")),
     Case("demo --mark Z9 --json", doc(lambda d: "A1, A2, B1" in d["error"]), code=2),
     Case("connect {host} --unchecked --host 127.0.0.1 --json", doc(lambda d: d["host"] == "127.0.0.1")),
     Case("connect --show --json", doc(lambda d: d["chassis"] is None), code=1),

@@ -103,18 +103,20 @@ def _carry_out(args: Namespace, out: Output, missions: Missions) -> None:
         under_way = [state.active.entry] if state.active else []
         handles = [MissionHandle(missions, entry.id) for entry in (*under_way, *state.queue)]
     for handle in handles:
-        follow_mission(handle, missions, seen, out)
+        follow_mission(handle, missions, seen, out, alone=args.sim)
 
 
-def follow_mission(handle: MissionHandle, missions: Missions, seen: int, out: Output) -> None:
-    """Print what happens until the mission ends."""
+def follow_mission(
+    handle: MissionHandle, missions: Missions, seen: int, out: Output, *, alone: bool = True
+) -> None:
+    """Print what happens until the mission ends. `alone`: no other terminal can answer its questions."""
 
     def over() -> bool:
         nonlocal seen
         run = handle.run  # before its notices, so that none is missed
         for notice in missions.state.notices:
             if notice.number > seen and notice.run == handle.id:
-                _say(notice, out)
+                _say(notice, out, alone)
             seen = max(seen, notice.number)
         return run is not None and run.phase.over
 
@@ -122,15 +124,17 @@ def follow_mission(handle: MissionHandle, missions: Missions, seen: int, out: Ou
     handle.wait(0.0)
 
 
-def _say(notice: Notice, out: Output) -> None:
+def _say(notice: Notice, out: Output, alone: bool) -> None:
     text = notice.text
     if notice.kind == "step":
         text = say("step {number}: {text}", number=notice.step + 1, text=notice.text)
     elif notice.kind == "question":
-        answers = say(
-            "answer with `woosh mission answer ...`, one of: {names}", names=notice.values["answers"]
-        )
-        text = both(notice.text, answers)
+        how = "answer with `woosh mission answer ...`, one of: {names}"
+        if alone:
+            how = (
+                "nobody can answer, as this command simulates the robot; use `woosh sim` in another terminal"
+            )
+        text = both(notice.text, say(how, names=notice.values["answers"]))
     elif notice.kind == "end":
         text = both(str(notice.values["phase"]), *([notice.text] if notice.text else []))
     out.line(f"{notice.mission}: {notice.kind}" if not text else led(notice.mission, text))
