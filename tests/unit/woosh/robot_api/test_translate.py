@@ -165,7 +165,10 @@ def test_what_the_api_tells_of_a_row_comes_back_as_it_was() -> None:
                 for each in outer:
                     part = getattr(part, each)
                 value = getattr(part, field)
-                setattr(part, field, str(number) if isinstance(value, str) else type(value)(number))
+                if isinstance(value, np.ndarray):
+                    setattr(part, field, np.full(number, number, value.dtype))
+                else:
+                    setattr(part, field, str(number) if isinstance(value, str) else type(value)(number))
         bodies = {kind: wire.dump(kind, told) for kind, told in to_api(name, original).items()}
         back = to_ros(name, {kind: wire.load(kind, body) for kind, body in bodies.items()})
         assert {kind: wire.dump(kind, told) for kind, told in to_api(name, back).items()} == bodies, name
