@@ -389,10 +389,12 @@ class BagPlay(BagKind):
             return self._took(ERROR if not process.running and "rror" in process.output else "")
 
     def _patience(self) -> float:
-        """Seconds of silence after which nothing more is expected; on a busy computer the player starts late."""
-        if self._came == self._ours["came"]:
+        """Seconds of silence after which nothing more is expected; on a busy computer the player starts late, or pauses."""
+        ours = self._ours["came"]
+        if self._came == ours:
             return 0.05
-        return (1.0 if self._came else 5.0) * crowd()
+        as_ours = all(found == ours.get(topic, [])[: len(found)] for topic, found in list(self._came.items()))
+        return (5.0 if as_ours and self._came else 1.0 if self._came else 10.0) * crowd()
 
     @staticmethod
     def _words(case: Case) -> list[str]:
