@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
@@ -86,22 +87,24 @@ def test_what_a_robot_begins_after_a_cancel_is_cancelled_too(robot: Robot) -> No
 
 
 @pytest.mark.slow
-def test_the_watchdog_of_a_killed_program_ends_a_task_list_that_goes_on(robot: Robot) -> None:
+@pytest.mark.parametrize("alone", [False, True], ids=["beside ROS 1", "the Robot API alone"])
+def test_the_watchdog_of_a_killed_program_ends_a_task_list_that_goes_on(robot: Robot, alone: bool) -> None:
     """Its first cancel may fall between two tasks."""
     sim, _, address = robot
     program = (
         "import sys, time; from woosh_pure import Chassis\n"
-        "chassis = Chassis(sys.argv[1], robot_api=sys.argv[2], watchdog=True)\n"
+        "chassis = Chassis(sys.argv[1], robot_api=sys.argv[2] or None, watchdog=True)\n"
         "chassis.task_list('Round'); time.sleep(60)"
     )
-    words = [sys.executable, "-c", program, sim.master_uri, address]
-    with subprocess.Popen(words, cwd=mission_kills.ROOT) as process:
+    where = (f"ws://{address}", "") if alone else (sim.master_uri, address)
+    with subprocess.Popen([sys.executable, "-c", program, *where], cwd=mission_kills.ROOT) as process:
         try:
             until(lambda: sim.world.tasks.busy, 60.0)
             following = list(sim.world.tasks._following)
         finally:
             process.kill()
     until(lambda: sim.world.tasks.state is TaskState.CANCELLED, 10.0)
+    time.sleep(0.5)  # longer than the rounds of every watch
     with sim.lock:
         assert sim.world.tasks.start_list(following) == ""
     until(lambda: not sim.world.tasks.busy, 10.0)

@@ -11,6 +11,7 @@ import pytest
 from rosproto.watchdog import LastRequest
 from rosproto.watchdog import process as module
 from tests.support.robot_api_peer import ANSWERS, ApiPeer
+from tests.support.waiting import until
 
 
 class Response(NamedTuple):
@@ -65,6 +66,20 @@ def test_a_refused_cancel_is_sent_again(monkeypatch: pytest.MonkeyPatch) -> None
     made.perform()
     made.perform()
     assert (made.done, server.asked.count("cancel")) == (True, 2)
+
+
+def test_a_cancel_that_is_to_be_sent_for_a_while_is_not_done_when_it_is_accepted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What it ended may be followed by more, as a task of a list by the next one."""
+    server = Server(task=OURS, cancel={"ok": True})
+    monkeypatch.setattr(module, "HttpClient", lambda *_, **__: server)
+    made = module.RequestSender(LastRequest("http://robot:5480", "cancel", "{}", "task", seconds=60.0))
+    made.send()
+    until(lambda: "cancel" in server.asked)
+    made.perform()  # waits for the one before
+    assert not made.done
+    assert server.asked.count("cancel") == 2
 
 
 @pytest.mark.parametrize("only_if", [(), ("state", "2")])
