@@ -34,7 +34,7 @@ api = ApiAddress("127.0.0.1", int(sys.argv[1]))
 cancel = service_class("woosh_msgs/ExecTask").Request(task_exect=4, task_id=4711)
 with Watchdog() as watchdog:
     what = {"/smooth_cmd_vel": message_class("geometry_msgs/Twist")(), "/exec_task": cancel, "/move_base": None}
-    requests = [last_request(api, name, message) for name, message in what.items()]
+    requests = [last_request(api, name, message, 0.5) for name, message in what.items()]
     assert watchdog.watch(WatchedNode("http://127.0.0.1:1", "/x"), requests=requests).ready
     os.kill(os.getpid(), signal.SIGKILL)
 """
