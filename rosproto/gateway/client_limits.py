@@ -45,7 +45,7 @@ class GatewayLimits(NamedTuple):
 
     connections: int = MAX_CLIENTS
     pending_handshakes: int = 64
-    handshake_seconds: float = 5.0
+    handshake_seconds: float = 10.0
     silence_seconds: float = 20.0
     close_seconds: float = 2.0
     message_bytes: int = 1 << 20
