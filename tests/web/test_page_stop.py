@@ -12,6 +12,7 @@ from tests.support.browser import person
 from tests.support.load import crowd
 from tests.web.test_page_alone import until
 from tests.web.test_page_links import served as another_server
+from woosh_pure.outcome import OutcomeKind
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -112,7 +113,8 @@ def test_a_stop_that_was_not_confirmed_is_carried_out_when_the_server_is_back(
         with another_server({"sim": robot.chassis}, port=port):
             page.wait_for_selector("#lost", state="hidden")
             page.wait_for_timeout(1500)
-            assert not goal.done
+            outcome = goal.outcome  # on a busy computer it may have arrived
+            assert outcome is None or outcome.kind is OutcomeKind.ARRIVED
             goal.cancel()
 
 

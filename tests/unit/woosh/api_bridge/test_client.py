@@ -114,9 +114,9 @@ def test_a_zero_is_sent_until_one_is_accepted(robot: ScriptedRobot, link: Link) 
 
 
 def test_a_zero_passes_what_waits(robot: ScriptedRobot, link: Link) -> None:
-    """Four velocities have no answer, so the fifth waits; a zero replaces it."""
+    """Four velocities have no answer, so the next ones wait, each in place of the one before; a zero replaces the last."""
     robot.answers["Twist"] = lambda body: {} if not body else None
-    drive(link, times=6)
+    drive(link, times=30)
     link.zero()
     until(lambda: not link.zero_due)
     assert robot.of("Twist") == [{"linear": 0.25}] * 4 + [{}] * 3
@@ -125,7 +125,7 @@ def test_a_zero_passes_what_waits(robot: ScriptedRobot, link: Link) -> None:
 def test_a_velocity_that_waited_is_not_sent_late(robot: ScriptedRobot, link: Link) -> None:
     hold = threading.Event()
     robot.answers["Twist"] = lambda body: {} if hold.wait(5.0) else None
-    drive(link, times=6)
+    drive(link, times=30)
     time.sleep(0.4)
     hold.set()
     until(lambda: link.silence == 0.0)
