@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -59,7 +60,7 @@ def test_the_watchdog_sends_zero_and_the_cancels(task: object) -> None:
     answers = {**ANSWERS, "woosh.robot.TaskProc": {"robotTaskId": task, "state": 3}}
     answers |= {f"woosh.{name}": {} for name in ("robot.Twist", "robot.ActionOrder", "ros.CallAction")}
     with ApiPeer(answers) as peer:
-        start(WATCHED, str(peer.port)).wait(30.0)
+        assert start(WATCHED, str(peer.port)).wait(30.0) == -signal.SIGKILL
         until(lambda: peer.requests.count("Twist") >= 3)
         until(lambda: {"ActionOrder", "CallAction"} <= set(peer.requests))
         assert {str(body) for request, body in peer.asked if request == "woosh.robot.ActionOrder"} == {
@@ -74,7 +75,7 @@ def test_the_watchdog_spares_another_programs_task() -> None:
     answers = {**ANSWERS, "woosh.robot.TaskProc": {"robotTaskId": "99", "state": 3}}
     answers |= {f"woosh.{name}": {} for name in ("robot.Twist", "robot.ActionOrder", "ros.CallAction")}
     with ApiPeer(answers) as peer:
-        start(WATCHED, str(peer.port)).wait(30.0)
+        assert start(WATCHED, str(peer.port)).wait(30.0) == -signal.SIGKILL
         until(lambda: peer.requests.count("Twist") >= 3 and "CallAction" in peer.requests)
         assert "ActionOrder" not in peer.requests
 
