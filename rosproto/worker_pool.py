@@ -67,7 +67,7 @@ class WorkerPool:
         self._numbers = itertools.count()
         self._sweep_at = _FIRST_SWEEP
         self._changed = threading.Condition()  # reentrant: a signal handler may add a task
-        self._threads = self._idle = 0
+        self._threads = self._starting = self._idle = 0  # the first includes the second
         self._started: list[threading.Thread] = []
         self._coming = False  # a thread was started or woken, and has not taken a task yet
         self._closed = False
@@ -79,18 +79,22 @@ class WorkerPool:
             RuntimeError: No thread can be started, as in an interpreter that is shutting down.
         """
         task: Future[T] = Future()
+        item = (task, work)
         with self._changed:
-            (self._waiting.appendleft if urgent else self._waiting.append)((task, work))
-            try:
-                self._provide_thread(urgent)
-                return task
-            except RuntimeError:
-                if self._gradual and self._threads:
-                    return task  # the next thread that is free takes it
+            (self._waiting.appendleft if urgent else self._waiting.append)(item)
+            thread = self._thread_wanted(urgent)
+        try:
+            self._start(thread)
+            return task
+        except RuntimeError as problem:
+            with self._changed:
+                if item not in self._waiting or (self._gradual and self._threads):
+                    return task  # a thread has taken it, or the next one that is free takes it
                 if not self._in_caller:
-                    self._waiting.remove((task, work))
+                    self._waiting.remove(item)
+                    self._give_up(problem)
                     raise
-            self._threads += 1
+                self._threads += 1
         self._run(0.0)
         return task
 
@@ -108,14 +112,16 @@ class WorkerPool:
                 heapq.heapify(self._later)
                 self._sweep_at = max(_FIRST_SWEEP, 2 * len(self._later))
             heapq.heappush(self._later, item)
-            if self._later[0] is item:
-                try:
-                    self._provide_thread()
-                except RuntimeError:
-                    if not self._threads:
-                        self._later.remove(item)
-                        heapq.heapify(self._later)
-                        raise
+            first = self._later[0] is item or self._threads == self._starting
+            thread = self._thread_wanted() if first else None
+        try:
+            self._start(thread)
+        except RuntimeError as problem:
+            with self._changed:
+                if not self._threads and item in self._later:
+                    self._later.remove(item)
+                    self._give_up(problem)
+                    raise
         return task
 
     def close(self) -> None:
@@ -131,30 +137,55 @@ class WorkerPool:
     def join(self, timeout: float) -> None:
         """Wait for the end of the threads of a closed pool, except the calling one."""
         end = monotonic() + timeout
-        for thread in list(self._started):
-            if thread is not threading.current_thread():
-                thread.join(max(0.0, end - monotonic()))
+        own = threading.current_thread()
+        with self._changed:
+            self._changed.wait_for(lambda: self._threads <= (own in self._started), timeout)
+            started = [thread for thread in self._started if thread is not own and thread.is_alive()]
+        for thread in started:
+            thread.join(max(0.0, end - monotonic()))
 
-    def _provide_thread(self, urgent: bool = False) -> None:
-        """Wake an idle thread or start one, if there may be one more."""
-        if self._gradual and self._coming:
-            return
+    def _thread_wanted(self, urgent: bool = False) -> threading.Thread | None:
+        """Wake an idle thread or return one to `_start`, if there may be one more. The lock is held."""
+        gradual = self._gradual and not urgent  # one thread that is coming is not enough for two urgent tasks
+        if gradual and self._coming and self._threads > self._starting:
+            return None  # a thread runs: the task is not lost if the one that is coming cannot be started
         self._coming = True
-        if self._idle >= (1 if self._gradual else len(self._waiting)):
+        if self._idle >= (1 if gradual else len(self._waiting)):
             self._changed.notify()
         elif self._threads < self._max_threads or urgent:
+            self._threads += 1
+            self._starting += 1
             run = partial(self._run, self._idle_seconds)
             thread = threading.Thread(target=run, name=self._name, daemon=self._daemon)
-            try:
-                thread.start()
-            except BaseException:
-                self._coming = False
-                raise
-            self._threads += 1
-            self._started = [each for each in self._started if each.is_alive()]
+            self._started = [each for each in self._started if each.ident is None or each.is_alive()]
             self._started.append(thread)
+            return thread
         else:
             self._coming = False
+        return None
+
+    def _start(self, thread: threading.Thread | None) -> None:
+        """Start a thread without the lock: this lasts until it runs, and others add work meanwhile."""
+        if thread is None:
+            return
+        try:
+            thread.start()
+        except BaseException:
+            with self._changed:
+                self._started.remove(thread)
+                self._starting -= 1
+                self._threads -= 1
+                self._coming = False
+            raise
+        with self._changed:
+            self._starting -= 1
+
+    def _give_up(self, problem: RuntimeError) -> None:
+        """Fail the work of others that waits for the thread that cannot be started. The lock is held."""
+        while not self._threads and self._waiting:
+            task, _ = self._waiting.popleft()
+            if task.set_running_or_notify_cancel():
+                task.set_exception(problem)
 
     def _run(self, idle_seconds: float) -> None:
         """Run tasks until none was waiting for `idle_seconds`."""
@@ -178,6 +209,8 @@ class WorkerPool:
                 watches = due < self._watched
                 if self._closed or (now >= end and not watches):
                     self._threads -= 1
+                    if self._closed:
+                        self._changed.notify_all()  # `join`
                     return None
                 if watches:
                     self._watched = due
@@ -186,12 +219,13 @@ class WorkerPool:
                 self._idle -= 1
                 if watches and self._watched == due:
                     self._watched = inf
-            task = self._waiting.popleft()
+            task, thread = self._waiting.popleft(), None
             if self._later or (self._gradual and self._waiting):
                 # While this thread is busy, another one takes what still waits or is due later.
-                with suppress(RuntimeError):  # no more threads: the next one that is free takes it
-                    self._provide_thread()
-            return task
+                thread = self._thread_wanted()
+        with suppress(RuntimeError):  # no more threads: the next one that is free takes it
+            self._start(thread)
+        return task
 
     def _do(self, task: Future[T], work: Callable[[], T]) -> None:
         try:

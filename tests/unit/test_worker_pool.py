@@ -130,6 +130,104 @@ def test_quick_tasks_that_come_at_once_share_threads(monkeypatch):
     helpers.close()
 
 
+@pytest.mark.parametrize("gradual", [True, False])
+def test_work_is_added_while_a_thread_is_being_started(monkeypatch, gradual):
+    """On a busy computer that takes a while; an event loop that adds work must not wait for it."""
+    helpers = WorkerPool("helpers slow", 8, daemon=True, gradual=gradual)
+    start, starting, go = threading.Thread.start, threading.Event(), threading.Event()
+
+    def slow(thread: threading.Thread) -> None:
+        if thread.name == "helpers slow" and not starting.is_set():
+            starting.set()
+            go.wait(60)
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", slow)
+    first = threading.Thread(target=helpers.add, args=(lambda: 1,))
+    second = threading.Thread(target=helpers.add, args=(lambda: 2,))
+    first.start()
+    assert starting.wait(20)
+    second.start()
+    second.join(20)
+    added = not second.is_alive()
+    go.set()
+    assert added
+    assert helpers.add(lambda: 3).result(20) == 3
+    first.join(20)
+
+
+@pytest.mark.parametrize("gradual", [True, False])
+def test_work_that_relies_on_a_thread_that_cannot_be_started_fails(monkeypatch, gradual):
+    helpers = WorkerPool("helpers refused", 1, daemon=True, gradual=gradual)
+    start, starting, go = threading.Thread.start, threading.Event(), threading.Event()
+    added, heard = threading.Event(), list[str]()
+
+    def refuse(thread: threading.Thread) -> None:
+        if thread.name != "helpers refused":
+            return start(thread)
+        starting.set()
+        go.wait(60)
+        raise RuntimeError("can't start new thread")
+
+    def add() -> None:
+        try:
+            task = helpers.add(lambda: 1)
+            added.set()
+            task.result(20)
+        except RuntimeError as problem:
+            heard.append(str(problem))
+
+    both = [threading.Thread(target=add) for _ in range(2)]
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, "start", refuse)
+        both[0].start()
+        assert starting.wait(20)
+        both[1].start()
+        assert added.wait(20)
+        go.set()
+        for thread in both:
+            thread.join(30)
+    assert heard == ["can't start new thread"] * 2
+    assert helpers.add(lambda: 3).result(20) == 3
+
+
+def test_closing_waits_for_a_thread_that_is_being_started(monkeypatch):
+    helpers = WorkerPool("helpers late", 1, daemon=True, gradual=True)
+    start, starting, go = threading.Thread.start, threading.Event(), threading.Event()
+
+    def slow(thread: threading.Thread) -> None:
+        if thread.name == "helpers late":
+            starting.set()
+            go.wait(60)
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", slow)
+    adding = threading.Thread(target=helpers.add, args=(lambda: 1,))
+    adding.start()
+    assert starting.wait(20)
+    helpers.close()
+    closing = threading.Thread(target=helpers.join, args=(60,))
+    closing.start()
+    closing.join(0.05)
+    assert closing.is_alive()
+    go.set()
+    closing.join(20)
+    assert not closing.is_alive()
+    assert not threads("helpers late")
+    adding.join(20)
+
+
+def test_two_urgent_tasks_at_once_wait_for_no_thread():
+    helpers = WorkerPool("helpers urgent", 1, daemon=True, gradual=True)
+    go = threading.Event()
+    busy = helpers.add(lambda: go.wait(60))
+    both = threading.Barrier(2)
+    urgent = [helpers.add(lambda: both.wait(20), urgent=True) for _ in range(2)]
+    assert sorted(task.result(30) for task in urgent) == [0, 1]
+    go.set()
+    assert busy.result(10)
+
+
 def test_cancelled_tasks_that_were_due_later_are_not_kept():
     helpers = WorkerPool("helpers swept", 1, daemon=True)
     kept = [weakref.ref(helpers.add_later(3600, lambda: None)) for _ in range(2000)]
