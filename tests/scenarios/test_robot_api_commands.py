@@ -59,10 +59,12 @@ def running() -> Iterator[World]:
 
 @pytest.fixture
 def world(running: World) -> World:
-    driving = running.server._gateway.commands._driving  # type: ignore[attr-defined]
+    commands = running.server._gateway.commands
+    driving, goals = commands._driving, commands._goals  # type: ignore[attr-defined]
     until(lambda: all(time.monotonic() - last > 0.5 for last in list(driving.values())))
     running.sim.reset()
     running.sim.speed = 1.0
+    until(lambda: not goals, what="the end of the actions of the test before")
     return running
 
 
