@@ -14,6 +14,7 @@ No test touches the user's folders or another machine: tests/support/watched/ gi
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 from collections.abc import Generator, Iterator
@@ -30,6 +31,7 @@ __all__ = ["pytest_runtest_teardown", "pytest_sessionfinish"]
 AT_ONCE = "not (slow or whole or interop or structure)"
 ALL_INTEROP = [Path(__file__).parent / name for name in ("interop", "windows")]
 begin()
+gc.disable()  # until all is collected: what is collected stays, and to search it again and again is half of the time
 settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")
 
@@ -68,6 +70,13 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """Import nothing of a folder of which nothing will run."""
     return True if config.option.markexpr == AT_ONCE and collection_path in ALL_INTEROP else None
+
+
+def pytest_collection_finish() -> None:
+    """From here on, the collector of garbage skips what was collected."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(autouse=True)
