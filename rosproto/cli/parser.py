@@ -112,7 +112,7 @@ class Parser(argparse.ArgumentParser):
         """Print the error on stderr and end with code 2."""
         text = both(self._with_verbs(message), say("see: {command}", command=f"{self.prog} --help"))
         usage = f"{self.spoken('usage')}: {synopsis(self.prog, self)}"
-        with suppress(SystemExit):
+        with suppress(SystemExit, BrokenPipeError):
             self.exit(WRONG_USE, f"{usage}\n{self.prog}: {self.spoken(text)}\n")
         raise WrongUse(f"{self.prog}: {text}")
 

@@ -55,9 +55,14 @@ def run_command(
     """
     with in_background() if until_exit else nullcontext(), guarded():
         parser = parser_for(words)
-        arguments = parser.parse_args(words)
+        try:
+            arguments = parser.parse_args(words)
+        except BrokenPipeError:  # of --help: older versions of argparse raise it
+            output_is_gone()
+            return DONE
         if arguments.command is None:
-            parser.print_help(sys.stderr)
+            with suppress(BrokenPipeError):
+                parser.print_help(sys.stderr)
             return WRONG_USE
         with signals_unwind(until_exit=until_exit), linger_when_closed():
             return _ended(task_of(arguments))

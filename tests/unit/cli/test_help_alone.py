@@ -42,8 +42,11 @@ def test_without_a_word_the_help_goes_to_stderr_with_code_2(module) -> None:
 def test_without_any_output_help_is_no_error(module) -> None:
     """A shell has closed it (`>&-`), or the reader has gone and nothing is buffered."""
     assert ran(module, "--help", before="sys.stdout = None").returncode == 0
-    broken = "import io; sys.stdout = type('Gone', (io.StringIO,), {'write': lambda *_: (_ for _ in ()).throw(BrokenPipeError())})()"
-    assert ran(module, "--help", before=broken).returncode == 0
+    gone = "import io; sys.{} = type('Gone', (io.StringIO,), {{'write': lambda *_: (_ for _ in ()).throw(BrokenPipeError())}})()"
+    assert ran(module, "--help", before=gone.format("stdout")).returncode == 0
+    assert ran(module, "--version", before=gone.format("stdout")).returncode == 0
+    assert ran(module, before=gone.format("stderr")).returncode == 2
+    assert ran(module, "--unknown", before=gone.format("stderr")).returncode == 2
 
 
 @pytest.mark.parametrize("module", MODULES)
