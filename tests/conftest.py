@@ -46,8 +46,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+@pytest.hookimpl(trylast=True)  # after the order by chance
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out what the Robot API cannot express."""
+    """Begin with what takes minutes, or all would wait for it at the end; leave out what the Robot API cannot express."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
     if config.getoption(THROUGH_ROBOT_API):
         from tests.support.through_robot_api import skip_what_it_cannot
 

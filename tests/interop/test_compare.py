@@ -18,6 +18,7 @@ SEED = int(os.environ.get("COMPARE_SEED", "41"))
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_debians_tools_and_ours_answer_alike(genpy_packages: Path) -> None:
     """The first numbers of a seed, the same in each check; what differs has a reason in compare/differences.py."""
     report = everything.run(seed=SEED, seconds=1000.0, rounds=ROUNDS, packages=genpy_packages)

@@ -44,12 +44,17 @@ class CountingSocket:
             raise
 
 
+sessions: list[threading.Thread] = []  # of the test that runs
+
+
 @pytest.fixture
 def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
     ours, theirs = socket.socketpair()
     yield ours, theirs
     ours.close()
-    theirs.close()
+    while sessions:
+        sessions.pop().join(20)
+    theirs.close()  # not before: a session that still ends would shut down the next test's socket of this number
 
 
 def link_on(sock: socket.socket, limits: Limits | None = None) -> ServiceLink:
@@ -62,6 +67,7 @@ def serving(
     options = {"persistent": True, "limits": Limits(), **options}
     session = ServiceSession(sock, handler, peer="peer:2", **options)  # type: ignore[arg-type]
     thread = threading.Thread(target=session.run, daemon=True)
+    sessions.append(thread)
     thread.start()
     return session, thread
 
