@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import socket
 import sys
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -50,14 +51,16 @@ class Begun(list[tuple[str, int]]):
 
 @pytest.fixture
 def begun(monkeypatch: pytest.MonkeyPatch) -> Begun:
-    """Hurry, and note each attempt."""
-    addresses = Begun()
+    """Hurry, and note each attempt of this thread; what another test has left may connect as well."""
+    addresses, own = Begun(), threading.current_thread()
 
     class Noting(socket.socket):
         def connect(self, address: object) -> None:
+            if threading.current_thread() is not own:
+                return super().connect(address)  # type: ignore[arg-type]
             addresses.sockets.append(self)
             addresses.append(address)  # type: ignore[arg-type]
-            super().connect(addresses.instead.get(len(addresses) - 1, address))  # type: ignore[arg-type]
+            return super().connect(addresses.instead.get(len(addresses) - 1, address))  # type: ignore[arg-type]
 
     monkeypatch.setattr(tcp, "FIRST_ATTEMPT_SECONDS", 0.05)
     monkeypatch.setattr(tcp, "NEXT_ATTEMPT_SECONDS", 0.02)
