@@ -232,6 +232,19 @@ class PageClient:
             time.sleep(0.2)
         raise AssertionError(f"never driving: {said}")
 
+    def hold_until_opening(self, vx: float = 0.2) -> None:
+        """Hold until a press is accepted; a busy computer may call its link slow."""
+        for _ in range(20):
+            self.forget()
+            self.hold(vx)
+            said = self.wait(lambda d: d["t"] == "drive" and d["state"] in ("opening", "refused"))
+            if said["state"] == "opening":
+                return
+            assert said["reason"] == "slow link", said
+            self.let_go()
+            time.sleep(0.2)
+        raise AssertionError("never opening")
+
     def _came_of_press(self) -> dict[str, Any]:
         """The server's message after it accepted the press; earlier ones may belong to the previous press."""
         opening = False
