@@ -31,7 +31,6 @@ __all__ = ["pytest_runtest_teardown", "pytest_sessionfinish"]
 AT_ONCE = "not (slow or whole or interop or structure)"
 ALL_INTEROP = [Path(__file__).parent / name for name in ("interop", "windows")]
 begin()
-gc.disable()  # until all is collected: what is collected stays, and to search it again and again is half of the time
 settings.register_profile("no deadline", settings(), deadline=None)
 settings.load_profile("no deadline")
 
@@ -74,11 +73,16 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if config.option.markexpr == AT_ONCE and collection_path in ALL_INTEROP else None
 
 
-def pytest_collection_finish() -> None:
-    """From here on, the collector of garbage skips what was collected."""
-    gc.collect()
-    gc.freeze()
-    gc.enable()
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Keep the collector of garbage from what is collected, which stays: it would take half of the time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.collect()
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.fixture(autouse=True)

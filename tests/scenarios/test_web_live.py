@@ -506,7 +506,7 @@ def test_a_press_while_an_earlier_one_is_still_being_opened(
     assert first.wait(10.0)
     page.say(t="release")
     page.of("drive", state="ended", reason="released")
-    page.hold_until_opening()
+    page.drive(state="opening")
     go_on.set()
     said = page.wait(lambda d: d["t"] == "drive" and d["state"] in ("driving", "ended"))
     if said["state"] == "ended":  # on a busy computer the thread that beats may be late

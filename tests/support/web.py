@@ -216,36 +216,23 @@ class PageClient:
         self._beating = threading.Thread(target=beating, args=(self._let_go,), daemon=True)
         self._beating.start()
 
-    def drive(self, vx: float = 0.2) -> dict[str, Any]:
-        """Hold until the robot is driven; return the server's message. Releases and presses again if the server ends the
-        drive first, which may happen on a busy computer.
+    def drive(self, vx: float = 0.2, state: str = "driving") -> dict[str, Any]:
+        """Hold until the robot is driven, or the press is accepted ("opening"); return the server's message. Releases and
+        presses again if the server ends the drive first, which may happen on a busy computer.
         """
         said: dict[str, Any] = {}
         for _ in range(20):
             self.forget()
             self.hold(vx)
-            said = self._came_of_press()
-            if said["state"] == "driving":
+            said = self._came_of_press(state)
+            if said["state"] == state:
                 return said
             assert said["reason"] not in ("not allowed", "no lease", "not confirmed", "stopped"), said
             self.let_go()
             time.sleep(0.2)
-        raise AssertionError(f"never driving: {said}")
+        raise AssertionError(f"never {state}: {said}")
 
-    def hold_until_opening(self, vx: float = 0.2) -> None:
-        """Hold until a press is accepted; a busy computer may call its link slow."""
-        for _ in range(20):
-            self.forget()
-            self.hold(vx)
-            said = self.wait(lambda d: d["t"] == "drive" and d["state"] in ("opening", "refused"))
-            if said["state"] == "opening":
-                return
-            assert said["reason"] == "slow link", said
-            self.let_go()
-            time.sleep(0.2)
-        raise AssertionError("never opening")
-
-    def _came_of_press(self) -> dict[str, Any]:
+    def _came_of_press(self, state: str) -> dict[str, Any]:
         """The server's message after it accepted the press; earlier ones may belong to the previous press."""
         opening = False
 
@@ -255,7 +242,7 @@ class PageClient:
                 return False
             if document["state"] == "opening":
                 opening = True
-                return False
+                return state == "opening"
             return opening or document["state"] == "refused"
 
         return self.wait(accept, 30.0)
